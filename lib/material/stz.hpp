@@ -1,0 +1,67 @@
+#pragma once
+#include <ductile/base/simd.hpp>
+#include <ductile/material/plastic_rates.hpp>
+#include <ductile/material/units.hpp>
+
+namespace ductile {
+
+/// Parameters of the athermal shear-transformation-zone theory (Lu & Rycroft, App. A, Table A.3: Vitreloy 1), in SI.
+struct StzParameters {
+    double yield_stress = 0.85e9;          ///< s_Y [Pa]
+    double molecular_time = 1e-13;         ///< tau_0 [s]
+    double local_strain = 0.3;             ///< epsilon_0
+    double heat_capacity = 0.4;            ///< c_0
+    double activation_barrier = 8000.0;    ///< Delta/k_B [K]
+    double activation_volume = 300e-30;    ///< zeta [m^3]
+    double bath_temperature = 400.0;       ///< T [K]
+    double steady_temperature = 900.0;     ///< chi_inf [K]
+    double formation_temperature = 21000.; ///< e_Z/k_B [K]
+
+    bool operator==(const StzParameters &) const = default;
+};
+
+/// Throws InputError naming the parameter unless all are positive and finite.
+void check(const StzParameters &parameters);
+
+/// STZ plasticity in natural units, App. A; the internal variable is the effective temperature chi:
+///   D^pl = (t_s/tau_0) exp(-e_Z/(k_B chi)) exp(-Delta/(k_B T)) cosh(a sbar) (1 - s_Y/sbar)  for sbar >= s_Y, else 0, (A.1)-(A.3)
+///   a = zeta epsilon_0/(k_B T);
+///   c_0 dchi/dt = (D^pl : sigma_0)(chi_inf - chi)/s_Y,  Eq. (21).
+/// With sbar = |sigma_0| = sqrt(s^2 + tau^2 + 3 q^2) (Sec. 2), sigma_0 : sigma_0 = 2 sbar^2, hence D^pl : sigma_0 = 2 sbar D^pl.
+/// The three exponents are added before one exponential is taken: exp(E) (1 + exp(-2 a sbar))/2 is the product above. The second
+/// half of the cosh (jumps against the stress) is left out where it stays below 1e-11 of the first at any stress above yield:
+/// it is 9e-13 for the parameters of Table A.3.
+class StzModel {
+public:
+    static constexpr const char *internal_name = "effective_temperature";
+    static constexpr const char *internal_unit = "K";
+
+    StzModel(const StzParameters &parameters, const Units &units);
+
+    template <class V> [[nodiscard, gnu::always_inline]] V yield_stress(const V &) const { return V(yield_stress_); }
+
+    template <class V> [[nodiscard, gnu::always_inline]] PlasticRates<V> rates(const V &sbar, const V &chi) const {
+        const V inverse_product = V(1.0) / (sbar * chi); // one division serves both reciprocals
+        const V inverse_sbar = inverse_product * chi;
+        const V bias = V(activation_) * sbar;
+        V transition = exponential(bias + V(log_half_attempt_rate_) - V(formation_) * (inverse_product * sbar));
+        if (backward_jumps_)
+            transition = transition + transition * exponential(V(-2.0) * bias);
+        const V fluidity =
+            select(sbar >= V(yield_stress_), transition * (V(1.0) - V(yield_stress_) * inverse_sbar) * inverse_sbar, V(0.0));
+        return {fluidity, V(heating_) * (sbar * sbar) * fluidity * (V(steady_) - chi)};
+    }
+
+    [[nodiscard]] double steady_temperature() const { return steady_; } ///< chi_inf in natural units
+
+private:
+    double yield_stress_;          // s_Y
+    double activation_;            // zeta epsilon_0/(k_B T)
+    double log_half_attempt_rate_; // ln(t_s/(2 tau_0)) - Delta/(k_B T)
+    double formation_;             // e_Z/k_B
+    double steady_;                // chi_inf
+    double heating_;               // 2/(c_0 s_Y)
+    bool backward_jumps_;          // whether exp(-2 a sbar) counts
+};
+
+} // namespace ductile

@@ -1,0 +1,185 @@
+#include <ductile/base/threads.hpp>
+#include <ductile/quasistatic/predictor.hpp>
+#include <ductile/space/staggered.hpp>
+#include <ductile/space/transport.hpp>
+
+#include <omp.h>
+#include <variant>
+#include <vector>
+
+namespace ductile::quasistatic {
+
+namespace {
+
+using PointState = std::array<Pack, 4>; // s, tau, q, internal; p only follows its source
+
+[[gnu::always_inline]] inline Pack deviatoric_square(const PointState &y) {
+    return y[0] * y[0] + y[1] * y[1] + Pack(3.0) * (y[2] * y[2]);
+}
+
+/// Rate of (s, tau, q, internal): frozen sources minus the plastic relaxation -C : D^pl = -2 mu (D^pl/sbar) sigma_0, Eq. (20).
+template <class M> struct PointRate {
+    const M &model;
+    const Pack two_mu;
+    const PointState source;
+
+    [[gnu::always_inline]] PointState operator()(const PointState &y) const {
+        // the bound keeps 0/0 away from points without stress
+        const Pack sbar = maximum(square_root(deviatoric_square(y)), Pack(1e-150));
+        const auto rates = model.rates(sbar, y[3]);
+        const Pack relaxation = two_mu * rates.fluidity;
+        return {source[0] - relaxation * y[0], source[1] - relaxation * y[1], source[2] - relaxation * y[2],
+                source[3] + rates.internal};
+    }
+};
+
+/// Whether sbar stays below yield on the straight path from y to y + dt source.
+template <class M>
+[[gnu::always_inline]] inline Pack::Mask stays_elastic(const M &model, const PointState &y, const PointState &end) {
+    const Pack yield = minimum(model.yield_stress(y[3]), model.yield_stress(end[3]));
+    return maximum(deviatoric_square(y), deviatoric_square(end)) < yield * yield;
+}
+
+template <class M, Predictor predictor, bool transported> class Sweep {
+public:
+    Sweep(const Scene &scene, const M &model, const CellState &now, const VectorField &velocity, double dt,
+          const Rk21Options &options, CellState &next)
+        : scene_(scene), model_(model), now_(now), velocity_(velocity), dt_(dt), options_(options), next_(next),
+          half_inverse_dx_(0.5 / scene.grid.dx()), half_inverse_dy_(0.5 / scene.grid.dy()) {}
+
+    void row(int j, Rk21Counts &counts) const {
+        const int columns = scene_.grid.cells_x;
+        const int whole = columns - columns % pack_size;
+        int i = 0;
+        for (; i < whole; i += pack_size)
+            pack(i, j, Pack::Mask(true), counts);
+        if (i < columns) // lanes beyond the last column hold copies: computed, not counted
+            pack(i, j, Pack::counting_from(i) < Pack(static_cast<double>(columns)), counts);
+        for (Field *f : {&next_.stress.p, &next_.stress.s, &next_.stress.tau, &next_.stress.q, &next_.internal})
+            f->wrap_row(j);
+    }
+
+private:
+    [[gnu::always_inline]] void pack(int i, int j, const Pack::Mask &real_cells, Rk21Counts &counts) const {
+        const double *p = now_.stress.p.row(j) + i, *s = now_.stress.s.row(j) + i, *tau = now_.stress.tau.row(j) + i;
+        const double *q = now_.stress.q.row(j) + i, *internal = now_.internal.row(j) + i;
+        PointState y{load(s), load(tau), load(q), load(internal)};
+        Pack p_source(0.0);
+        PointState source{Pack(0.0), Pack(0.0), Pack(0.0), Pack(0.0)};
+
+        if constexpr (transported || predictor == Predictor::incremental) {
+            const Corners u(velocity_.u.row(j) + i, velocity_.u.row(j + 1) + i);
+            const Corners v(velocity_.v.row(j) + i, velocity_.v.row(j + 1) + i);
+            const VelocityGradient gradient = velocity_gradient(u, v, half_inverse_dx_, half_inverse_dy_);
+            if constexpr (predictor == Predictor::incremental) {
+                const StressPack elastic = elastic_rate(scene_.elasticity, gradient);
+                p_source = elastic.p;
+                source = {elastic.s, elastic.tau, elastic.q, Pack(0.0)};
+            }
+            if constexpr (transported) {
+                const Pack uc = u.mean(), vc = v.mean(), turn = gradient.uy - gradient.vx;
+                p_source = p_source + advection(p, uc, vc);
+                source[0] = source[0] + turn * y[1] + advection(s, uc, vc);
+                source[1] = source[1] + advection(tau, uc, vc) - turn * y[0];
+                source[2] = source[2] + advection(q, uc, vc);
+                source[3] = source[3] + advection(internal, uc, vc);
+            }
+        }
+
+        const Pack dt(dt_);
+        store(load(p) + dt * p_source, next_.stress.p.row(j) + i);
+        const PointRate<M> rate{model_, Pack(2.0 * scene_.elasticity.shear_modulus), source};
+        PointState end;
+        for (std::size_t k = 0; k < 4; ++k)
+            end[k] = y[k] + dt * source[k];
+        const Pack::Mask plastic = !stays_elastic(model_, y, end);
+        if (any_of(plastic)) {
+            if constexpr (predictor == Predictor::euler) {
+                const PointState slope = rate(y);
+                for (std::size_t k = 0; k < 4; ++k)
+                    end[k] = select(plastic, y[k] + dt * slope[k], end[k]);
+            } else {
+                PointState integrated = y;
+                integrate_rk21(rate, integrated, plastic && real_cells, dt_, options_, counts);
+                for (std::size_t k = 0; k < 4; ++k)
+                    end[k] = select(plastic, integrated[k], end[k]);
+            }
+        }
+        store(end[0], next_.stress.s.row(j) + i);
+        store(end[1], next_.stress.tau.row(j) + i);
+        store(end[2], next_.stress.q.row(j) + i);
+        store(end[3], next_.internal.row(j) + i);
+    }
+
+    [[gnu::always_inline]] Pack advection(const double *f, const Pack &u, const Pack &v) const {
+        return advection_rate(f, now_.internal.stride(), u, v, half_inverse_dx_, half_inverse_dy_);
+    }
+
+    const Scene &scene_;
+    const M &model_;
+    const CellState &now_;
+    const VectorField &velocity_;
+    double dt_;
+    const Rk21Options &options_;
+    CellState &next_;
+    double half_inverse_dx_, half_inverse_dy_;
+};
+
+template <class M, Predictor predictor, bool transported>
+PredictorReport sweep(const Scene &scene, const M &model, const CellState &now, const VectorField &velocity, double dt,
+                      const Rk21Options &options, CellState &next, VectorField &force) {
+    const Sweep<M, predictor, transported> cells(scene, model, now, velocity, dt, options, next);
+    PredictorReport report;
+#pragma omp parallel
+    {
+        const RowRange rows = share_of_rows(scene.grid.cells_y, omp_get_thread_num(), omp_get_num_threads());
+        Rk21Counts counts;
+        for (int j = rows.begin; j < rows.end; ++j) {
+            cells.row(j, counts);
+            if (j > rows.begin)
+                divergence_row(scene.grid, next.stress, -1.0 / dt, j, force);
+        }
+#pragma omp barrier // the corner row between two threads needs both their cell rows
+        if (rows.begin > 0 && rows.begin < rows.end)
+            divergence_row(scene.grid, next.stress, -1.0 / dt, rows.begin, force);
+#pragma omp critical
+        {
+            report.counts.accepted += counts.accepted;
+            report.counts.rejected += counts.rejected;
+            report.counts.failed = report.counts.failed || counts.failed;
+        }
+    }
+    return report;
+}
+
+template <class M, Predictor predictor>
+PredictorReport choose_model(const Scene &scene, const M &model, CellState &now, const VectorField &velocity, double dt,
+                             const Rk21Options &options, CellState &next, VectorField &force) {
+    if (scene.model == Model::reduced)
+        return sweep<M, predictor, false>(scene, model, now, velocity, dt, options, next, force);
+    for (Field *f : {&now.stress.p, &now.stress.s, &now.stress.tau, &now.stress.q, &now.internal})
+        extrapolate_to_ghost_rows(*f);
+    return sweep<M, predictor, true>(scene, model, now, velocity, dt, options, next, force);
+}
+
+} // namespace
+
+PredictorReport predict(const Scene &scene, Predictor predictor, CellState &now, const VectorField &velocity, double dt,
+                        const Rk21Options &options, CellState &next, VectorField &force) {
+    return std::visit(
+        [&](const auto &model) {
+            using M = std::decay_t<decltype(model)>;
+            switch (predictor) {
+            case Predictor::euler:
+                return choose_model<M, Predictor::euler>(scene, model, now, velocity, dt, options, next, force);
+            case Predictor::substepped:
+                return choose_model<M, Predictor::substepped>(scene, model, now, velocity, dt, options, next, force);
+            case Predictor::incremental:
+                return choose_model<M, Predictor::incremental>(scene, model, now, velocity, dt, options, next, force);
+            }
+            __builtin_unreachable();
+        },
+        scene.plasticity);
+}
+
+} // namespace ductile::quasistatic

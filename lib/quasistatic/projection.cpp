@@ -1,0 +1,86 @@
+#include <ductile/base/timer.hpp>
+#include <ductile/quasistatic/projection.hpp>
+#include <ductile/space/staggered.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+namespace ductile::quasistatic {
+
+namespace {
+
+/// Adds dt C : (D(phi) + wall) to cell row j; returns the row's sum of sbar_P^2/mu^2 + p_P^2/(K mu).
+double correct_row(const Scene &scene, const VectorField &phi, const StressPack &wall_rate, double dt, int j,
+                   StressField &stress) {
+    const Grid &grid = scene.grid;
+    const IsotropicElasticity &c = scene.elasticity;
+    const double half_inverse_dx = 0.5 / grid.dx(), half_inverse_dy = 0.5 / grid.dy();
+    const Pack deviatoric_weight(dt * dt / (c.shear_modulus * c.shear_modulus));
+    const Pack pressure_weight(dt * dt / (c.bulk_modulus * c.shear_modulus));
+    Pack sum(0.0);
+    for (int i = 0; i < grid.cells_x; i += pack_size) {
+        const Corners u(phi.u.row(j) + i, phi.u.row(j + 1) + i);
+        const Corners v(phi.v.row(j) + i, phi.v.row(j + 1) + i);
+        const StressPack rate = elastic_rate(c, velocity_gradient(u, v, half_inverse_dx, half_inverse_dy));
+        const auto add = [&](Field &field, const Pack &correction, const Pack &wall) {
+            double *f = field.row(j) + i;
+            store(load(f) + Pack(dt) * (correction + wall), f);
+        };
+        add(stress.p, rate.p, wall_rate.p);
+        add(stress.s, rate.s, wall_rate.s);
+        add(stress.tau, rate.tau, wall_rate.tau);
+        add(stress.q, rate.q, wall_rate.q);
+
+        Pack measure = deviatoric_weight * (rate.s * rate.s + rate.tau * rate.tau + Pack(3.0) * (rate.q * rate.q)) +
+                       pressure_weight * (rate.p * rate.p);
+        if (i + pack_size > grid.cells_x) // lanes beyond the last column hold copies
+            measure = select(Pack::counting_from(i) < Pack(static_cast<double>(grid.cells_x)), measure, Pack(0.0));
+        sum = sum + measure;
+    }
+    for (Field *f : {&stress.p, &stress.s, &stress.tau, &stress.q})
+        f->wrap_row(j);
+    return sum_of(sum);
+}
+
+} // namespace
+
+Projection::Projection(const Scene &scene, EquilibriumSolver &solver)
+    : scene_(&scene), solver_(&solver), row_measure_(static_cast<std::size_t>(scene.grid.cells_y)) {}
+
+double Projection::apply(VectorField &force, const WallVelocity &wall_gradient, double dt, CellState &cells) {
+    Timer timer;
+    solver_->solve(force, WallData::zero);
+    ++solves_;
+    solve_seconds_ += timer.lap();
+
+    const StressPack wall_rate =
+        elastic_rate(scene_->elasticity, {Pack(0.0), Pack(wall_gradient.u), Pack(0.0), Pack(wall_gradient.v)});
+#pragma omp parallel for schedule(static)
+    for (int j = 0; j < scene_->grid.cells_y; ++j)
+        row_measure_[static_cast<std::size_t>(j)] = correct_row(*scene_, force, wall_rate, dt, j, cells.stress);
+
+    double sum = 0.0; // row after row, so that the result does not depend on the number of threads
+    for (const double row : row_measure_)
+        sum += row;
+    update_seconds_ += timer.lap();
+    return std::sqrt(sum * scene_->grid.cell_area() / scene_->grid.area());
+}
+
+double equilibrium_residual(const Scene &scene, const CellState &cells) {
+    const Grid &grid = scene.grid;
+    VectorField force{Field(grid.cells_y + 1, grid.cells_x), Field(grid.cells_y + 1, grid.cells_x)};
+    divergence(grid, cells.stress, 1.0, force);
+    double largest_force = 0.0, largest_stress = 0.0;
+    for (int j = 1; j < grid.cells_y; ++j)
+        for (int i = 0; i < grid.cells_x; ++i)
+            largest_force = std::max({largest_force, std::abs(force.u(i, j)), std::abs(force.v(i, j))});
+    for (int j = 0; j < grid.cells_y; ++j)
+        for (int i = 0; i < grid.cells_x; ++i) {
+            const double p = cells.stress.p(i, j), s = cells.stress.s(i, j), q = cells.stress.q(i, j);
+            largest_stress =
+                std::max({largest_stress, std::abs(-p + s - q), std::abs(-p - s - q), std::abs(cells.stress.tau(i, j))});
+        }
+    return largest_stress > 0.0 ? largest_force / (largest_stress * std::max(grid.dx(), grid.dy())) : 0.0;
+}
+
+} // namespace ductile::quasistatic

@@ -1,0 +1,44 @@
+#pragma once
+#include <ductile/equilibrium/solver.hpp>
+#include <ductile/quasistatic/scene.hpp>
+
+#include <vector>
+
+namespace ductile::quasistatic {
+
+/// The constraint of every scheme: projects a predicted stress onto discrete equilibrium, orthogonally in the elastic energy.
+///
+///   K phi = -B^T sigma*/dt  (Eq. 50 with homogeneous walls),
+///   sigma_{n+1} = sigma* + dt C : (D(phi) + D_w)  (Eqs. 17, 33),
+/// where D_w is the uniform velocity gradient of the moving walls when the predictor left C : D out (first-order schemes; the
+/// affine velocity field carries the wall data exactly and B^T of a uniform stress is zero inside), and zero when it had C : D(q)
+/// in. With K = B^T C B the result satisfies B^T sigma = 0 to round-off.
+class Projection {
+public:
+    Projection(const Scene &scene, EquilibriumSolver &solver);
+
+    /// `force` holds -B^T sigma*/dt on entry and the velocity correction phi on exit; `cells` goes from sigma* to sigma_{n+1}.
+    /// Returns the size of the projection, Q* (below). Throws RunError when the stress is not finite.
+    ///
+    /// Q* is the dimensionless elastic strain of the correction sigma_P = dt C : D(phi):
+    ///   Q*^2 = 1/|Omega| integral of (sbar_P^2/mu^2 + p_P^2/(K mu)) dA  = <sigma_P, sigma_P>/(|Omega| mu), Eq. (19).
+    /// The paper's (51)-(55) equals sqrt(6 K/|Omega|) Q*, in whatever units K and |Omega| are counted.
+    double apply(VectorField &force, const WallVelocity &wall_gradient, double dt, CellState &cells);
+
+    [[nodiscard]] double solve_seconds() const { return solve_seconds_; }
+    [[nodiscard]] double update_seconds() const { return update_seconds_; }
+    [[nodiscard]] long long solves() const { return solves_; }
+
+private:
+    const Scene *scene_;
+    EquilibriumSolver *solver_;
+    std::vector<double> row_measure_;
+    double solve_seconds_ = 0.0, update_seconds_ = 0.0;
+    long long solves_ = 0;
+};
+
+/// max |B^T sigma| over interior corners, divided by (largest |sigma| component times the longer cell side): the relative
+/// residual of discrete equilibrium.
+[[nodiscard]] double equilibrium_residual(const Scene &scene, const CellState &cells);
+
+} // namespace ductile::quasistatic
