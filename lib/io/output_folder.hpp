@@ -29,13 +29,22 @@ public:
     [[nodiscard]] std::filesystem::path checkpoint() const { return path_ / "checkpoint.h5"; }
 
 private:
+    struct Lock {
+        int descriptor = -1;
+        Lock() = default;
+        ~Lock();
+        Lock(const Lock &) = delete;
+        Lock &operator=(const Lock &) = delete;
+        void release();
+    };
+
     void claim();
     void move_aside(const std::filesystem::path &restart);
 
     std::filesystem::path path_;
     bool continued_ = false;
     std::optional<std::filesystem::path> moved_to_;
-    int lock_ = -1;
+    Lock lock_;
 };
 
 } // namespace ductile::io

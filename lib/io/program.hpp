@@ -4,18 +4,23 @@
 #include <ductile/io/output_folder.hpp>
 #include <ductile/io/summary.hpp>
 
-#include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <initializer_list>
-#include <map>
 #include <memory>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
+
+namespace CLI {
+class App;
+class Option;
+} // namespace CLI
 
 namespace ductile::io {
 
@@ -47,7 +52,7 @@ public:
     Program(const Program &) = delete;
     Program &operator=(const Program &) = delete;
 
-    /// Declares an option bound to a variable that must outlive parse().
+    /// Declares an option `--a-name` bound to a variable, which must outlive the program object.
     void option(const std::string &flag, double &value, const OptionHelp &help);
     void option(const std::string &flag, int &value, const OptionHelp &help);
     void option(const std::string &flag, std::int64_t &value, const OptionHelp &help);
@@ -89,39 +94,45 @@ public:
 private:
     enum class Kind { number, integer, boolean, text, cells, number_list };
     struct Declared {
-        CLI::Option *option;
+        std::string key;
         Kind kind;
-        std::string key, note; ///< note: units and what is allowed
+        std::string group, comment;        ///< for --print-config
+        std::function<std::string()> text; ///< the variable's value
+        CLI::Option *option;
     };
+    using Text = std::function<std::string()>;
     using Convert = std::function<void(const std::string &)>;
 
-    void declare(const std::string &flag, Kind kind, const std::string &standard, const std::string &note, const OptionHelp &help,
-                 Convert convert);
-    void choose(const std::string &flag, const std::string &standard, const std::vector<std::string> &words,
-                const OptionHelp &help, Convert convert);
-    void apply_config(const std::string &text, const std::string &source);
+    void declare(const std::string &flag, Kind kind, const OptionHelp &help, const std::string &allowed, Text text,
+                 const Convert &convert);
+    void choose(const std::string &flag, const std::vector<std::string> &words, const OptionHelp &help, Text text,
+                const Convert &convert);
+    void declare_common();
+    void apply_config(const std::string &text, const std::string &source, const std::vector<std::string> &skipped_keys);
     void apply_restart();
-    [[nodiscard]] std::string value_of(const Declared &declared) const;
+    [[nodiscard]] std::string toml_value(const Declared &declared) const;
 
     std::string name_, description_;
     CommonOptions common_;
-    CLI::App app_;
+    std::filesystem::path config_file_;
+    std::unique_ptr<CLI::App> app_;
     std::vector<Declared> declared_;
 };
 
 template <class Enum>
 void Program::choice(const std::string &flag, Enum &value, std::initializer_list<std::pair<std::string, Enum>> words,
                      const OptionHelp &help) {
+    const std::vector<std::pair<std::string, Enum>> table = words;
     std::vector<std::string> names;
-    std::map<std::string, Enum> values;
-    std::string standard;
-    for (const auto &[word, meaning] : words) {
-        names.push_back(word);
-        values[word] = meaning;
-        if (meaning == value)
-            standard = word;
-    }
-    choose(flag, standard, names, help, [&value, values](const std::string &word) { value = values.at(word); });
+    for (const auto &entry : table)
+        names.push_back(entry.first);
+    const auto word_of_value = [&value, table] {
+        return std::ranges::find(table, value, &std::pair<std::string, Enum>::second)->first;
+    };
+    const auto take = [&value, table](const std::string &word) {
+        value = std::ranges::find(table, word, &std::pair<std::string, Enum>::first)->second;
+    };
+    choose(flag, names, help, word_of_value, take);
 }
 
 /// The whole of a main function: calls `body`, turns every exception into "error: ..." on the standard error stream, and

@@ -1,6 +1,7 @@
 #pragma once
 #include <ductile/io/array_view.hpp>
 #include <ductile/io/hdf5.hpp>
+#include <ductile/io/xdmf.hpp>
 
 #include <cstdint>
 #include <filesystem>
@@ -58,31 +59,21 @@ public:
     /// snapshots before stay intact.
     void write(double time_s, std::int64_t step, std::span<const SnapshotField> fields);
 
-    /// Renames to the final name and points the XDMF file there; without any snapshot no file remains. Harmless when repeated.
+    /// Renames to the final name and points the XDMF file there. Harmless when repeated.
     void finish();
 
     /// Times of the snapshots in the file, earlier ones included [s].
     [[nodiscard]] std::vector<double> times() const;
 
 private:
-    struct Entry {
-        std::string name, units;
-        Centring centring;
-    };
-    struct Snapshot {
-        double time_s;
-        std::vector<Entry> entries;
-    };
-
-    void start(const SnapshotGrid &grid);
-    void start_from(const EarlierSnapshots &earlier);
+    void copy(const EarlierSnapshots &earlier, Hdf5File &file);
     void reserve(std::size_t bytes) const;
-    void write_xdmf(const std::filesystem::path &data) const;
+    void write_xdmf_file(const std::filesystem::path &data) const;
 
     std::filesystem::path final_, partial_;
     std::string program_;
     SnapshotGrid grid_;
-    std::vector<Snapshot> snapshots_;
+    std::vector<XdmfSnapshot> snapshots_;
     bool finished_ = false;
 };
 
