@@ -14,7 +14,7 @@
 namespace ductile::io {
 namespace {
 
-[[noreturn]] void fail(const std::filesystem::path &path, const char *action) {
+[[noreturn]] void fail(const std::filesystem::path& path, const char* action) {
     throw RunError(fmt::format("{}: cannot {} the file ({}): check free space and whether the folder is still there",
                                path.string(), action, std::strerror(errno)));
 }
@@ -28,7 +28,7 @@ struct Descriptor {
     }
 };
 
-void bring_to_disk(const std::filesystem::path &path) {
+void bring_to_disk(const std::filesystem::path& path) {
     const Descriptor file{::open(path.c_str(), O_RDONLY | O_CLOEXEC)};
     if (file.number < 0 || ::fsync(file.number) != 0)
         fail(path, "bring to the disk");
@@ -36,7 +36,7 @@ void bring_to_disk(const std::filesystem::path &path) {
 
 } // namespace
 
-void rename_durably(const std::filesystem::path &from, const std::filesystem::path &to) {
+void rename_durably(const std::filesystem::path& from, const std::filesystem::path& to) {
     bring_to_disk(from);
     if (std::rename(from.c_str(), to.c_str()) != 0)
         fail(to, "put in place");
@@ -62,7 +62,7 @@ void AtomicFile::commit() {
     committed_ = true;
 }
 
-void write_text_atomically(const std::filesystem::path &path, std::string_view text) {
+void write_text_atomically(const std::filesystem::path& path, std::string_view text) {
     AtomicFile target(path);
     {
         const Descriptor file{::open(target.temporary_path().c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666)};

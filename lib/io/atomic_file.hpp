@@ -10,10 +10,10 @@ class AtomicFile {
 public:
     explicit AtomicFile(std::filesystem::path final_path);
     ~AtomicFile();
-    AtomicFile(const AtomicFile &) = delete;
-    AtomicFile &operator=(const AtomicFile &) = delete;
+    AtomicFile(const AtomicFile&) = delete;
+    AtomicFile& operator=(const AtomicFile&) = delete;
 
-    [[nodiscard]] const std::filesystem::path &temporary_path() const { return temporary_; }
+    [[nodiscard]] const std::filesystem::path& temporary_path() const { return temporary_; }
     /// Brings the data to the disk and renames. Throws RunError; then the earlier file is untouched.
     void commit();
 
@@ -23,9 +23,9 @@ private:
 };
 
 /// Writes a whole text file atomically. Throws RunError.
-void write_text_atomically(const std::filesystem::path &path, std::string_view text);
+void write_text_atomically(const std::filesystem::path& path, std::string_view text);
 
 /// Renames on one file system and brings the new name to the disk. Throws RunError.
-void rename_durably(const std::filesystem::path &from, const std::filesystem::path &to);
+void rename_durably(const std::filesystem::path& from, const std::filesystem::path& to);
 
 } // namespace ductile::io

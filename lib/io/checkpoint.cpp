@@ -15,11 +15,11 @@ namespace {
 /// Version of the file's own layout.
 constexpr std::string_view layout = "ductile checkpoint 1";
 
-std::string in_group(std::string_view group, const std::string &name) { return fmt::format("{}/{}", group, name); }
+std::string in_group(std::string_view group, const std::string& name) { return fmt::format("{}/{}", group, name); }
 
 } // namespace
 
-void write_checkpoint(const std::filesystem::path &path, const Checkpoint &checkpoint) {
+void write_checkpoint(const std::filesystem::path& path, const Checkpoint& checkpoint) {
     AtomicFile target(path);
     Hdf5File file = Hdf5File::create(target.temporary_path());
     file.set_attribute("/", "format", std::string(layout));
@@ -28,19 +28,19 @@ void write_checkpoint(const std::filesystem::path &path, const Checkpoint &check
     file.set_attribute("/", "program_format", std::int64_t{checkpoint.format});
     file.write("config", checkpoint.config);
     file.create_group("scalars");
-    for (const auto &[name, value] : checkpoint.scalars)
+    for (const auto& [name, value] : checkpoint.scalars)
         file.set_attribute("scalars", name, value);
     file.create_group("counters");
-    for (const auto &[name, value] : checkpoint.counters)
+    for (const auto& [name, value] : checkpoint.counters)
         file.set_attribute("counters", name, value);
-    for (const auto &[name, view] : checkpoint.arrays)
+    for (const auto& [name, view] : checkpoint.arrays)
         file.write(in_group("arrays", name), view);
-    for (const auto &[name, values] : checkpoint.vectors)
+    for (const auto& [name, values] : checkpoint.vectors)
         file.write(in_group("vectors", name), values);
-    for (const auto &[name, values] : checkpoint.integer_vectors)
+    for (const auto& [name, values] : checkpoint.integer_vectors)
         file.write(in_group("integer_vectors", name), values);
     if (checkpoint.history) {
-        const HistoryTable &table = *checkpoint.history;
+        const HistoryTable& table = *checkpoint.history;
         const int columns = static_cast<int>(table.columns.size());
         file.write("history", ArrayView{table.values.data(), static_cast<int>(table.rows()), columns, columns});
         file.set_attribute("history", "columns", fmt::format("{}", fmt::join(table.columns, ",")));
@@ -50,7 +50,7 @@ void write_checkpoint(const std::filesystem::path &path, const Checkpoint &check
     target.commit();
 }
 
-CheckpointReader::CheckpointReader(const std::filesystem::path &path, const std::string &program) : file_(Hdf5File::open(path)) {
+CheckpointReader::CheckpointReader(const std::filesystem::path& path, const std::string& program) : file_(Hdf5File::open(path)) {
     if (!file_.has_attribute("/", "format") || file_.text_attribute("/", "format") != layout)
         throw InputError(fmt::format("{}: this is not a checkpoint ('{}'): give --restart the checkpoint.h5 of an earlier run",
                                      path.string(), layout));
@@ -60,7 +60,7 @@ CheckpointReader::CheckpointReader(const std::filesystem::path &path, const std:
                                      program, found));
 }
 
-CheckpointReader::CheckpointReader(const std::filesystem::path &path, const std::string &program, int format)
+CheckpointReader::CheckpointReader(const std::filesystem::path& path, const std::string& program, int format)
     : CheckpointReader(path, program) {
     const std::int64_t found = file_.integer_attribute("/", "program_format");
     if (found != format)
@@ -72,11 +72,11 @@ CheckpointReader::CheckpointReader(const std::filesystem::path &path, const std:
 
 std::string CheckpointReader::config() const { return file_.read_text("config"); }
 
-double CheckpointReader::scalar(const std::string &name) const { return file_.double_attribute("scalars", name); }
+double CheckpointReader::scalar(const std::string& name) const { return file_.double_attribute("scalars", name); }
 
-std::int64_t CheckpointReader::counter(const std::string &name) const { return file_.integer_attribute("counters", name); }
+std::int64_t CheckpointReader::counter(const std::string& name) const { return file_.integer_attribute("counters", name); }
 
-void CheckpointReader::read_array(const std::string &name, const MutableArrayView &values) const {
+void CheckpointReader::read_array(const std::string& name, const MutableArrayView& values) const {
     const std::string object = in_group("arrays", name);
     if (file_.contains(object)) {
         const std::vector<std::size_t> found = file_.shape(object);
@@ -88,11 +88,11 @@ void CheckpointReader::read_array(const std::string &name, const MutableArrayVie
     file_.read(object, values);
 }
 
-std::vector<double> CheckpointReader::vector(const std::string &name) const {
+std::vector<double> CheckpointReader::vector(const std::string& name) const {
     return file_.read_doubles(in_group("vectors", name));
 }
 
-std::vector<std::int64_t> CheckpointReader::integer_vector(const std::string &name) const {
+std::vector<std::int64_t> CheckpointReader::integer_vector(const std::string& name) const {
     return file_.read_integers(in_group("integer_vectors", name));
 }
 
@@ -116,7 +116,7 @@ HistoryTable CheckpointReader::history() const {
     return table;
 }
 
-void CheckpointReader::require_cells(const CellCount &run) const {
+void CheckpointReader::require_cells(const CellCount& run) const {
     const std::int64_t x = counter("cells_x"), y = counter("cells_y");
     if (x != run.x || y != run.y)
         throw InputError(

@@ -25,32 +25,32 @@ struct Checkpoint {
     std::vector<std::pair<std::string, ArrayView>> arrays;
     std::vector<std::pair<std::string, std::span<const double>>> vectors;
     std::vector<std::pair<std::string, std::span<const std::int64_t>>> integer_vectors;
-    const HistoryTable *history = nullptr; ///< optional
+    const HistoryTable* history = nullptr; ///< optional
 };
 
 /// Writes atomically: on RunError an earlier checkpoint of this name is untouched.
-void write_checkpoint(const std::filesystem::path &path, const Checkpoint &checkpoint);
+void write_checkpoint(const std::filesystem::path& path, const Checkpoint& checkpoint);
 
 /// Reads a checkpoint; every mismatch is an InputError that says what was found, where, and what to do.
 class CheckpointReader {
 public:
     /// Checks that the file is a checkpoint of this program; `format` is checked by the second form.
-    CheckpointReader(const std::filesystem::path &path, const std::string &program);
-    CheckpointReader(const std::filesystem::path &path, const std::string &program, int format);
+    CheckpointReader(const std::filesystem::path& path, const std::string& program);
+    CheckpointReader(const std::filesystem::path& path, const std::string& program, int format);
 
-    [[nodiscard]] const std::filesystem::path &path() const { return file_.path(); }
+    [[nodiscard]] const std::filesystem::path& path() const { return file_.path(); }
     [[nodiscard]] std::string config() const;
-    [[nodiscard]] double scalar(const std::string &name) const;
-    [[nodiscard]] std::int64_t counter(const std::string &name) const;
+    [[nodiscard]] double scalar(const std::string& name) const;
+    [[nodiscard]] std::int64_t counter(const std::string& name) const;
     /// Fills the view, whose shape must be that of the stored array.
-    void read_array(const std::string &name, const MutableArrayView &values) const;
-    [[nodiscard]] std::vector<double> vector(const std::string &name) const;
-    [[nodiscard]] std::vector<std::int64_t> integer_vector(const std::string &name) const;
+    void read_array(const std::string& name, const MutableArrayView& values) const;
+    [[nodiscard]] std::vector<double> vector(const std::string& name) const;
+    [[nodiscard]] std::vector<std::int64_t> integer_vector(const std::string& name) const;
     /// The stored table; without columns if the checkpoint has none.
     [[nodiscard]] HistoryTable history() const;
 
     /// Compares the counters "cells_x" and "cells_y" with the grid of the run and names --cells when they differ.
-    void require_cells(const CellCount &run) const;
+    void require_cells(const CellCount& run) const;
 
 private:
     Hdf5File file_;

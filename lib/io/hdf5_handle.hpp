@@ -13,21 +13,21 @@ namespace ductile::io::hdf5 {
 /// HDF5's own words for the deepest cause of the last failure; empty if it left none.
 inline std::string cause() {
     std::string deepest;
-    const auto keep_first = [](unsigned n, const H5E_error2_t *entry, void *out) -> herr_t {
+    const auto keep_first = [](unsigned n, const H5E_error2_t* entry, void* out) -> herr_t {
         if (n == 0 && entry->desc)
-            *static_cast<std::string *>(out) = entry->desc;
+            *static_cast<std::string*>(out) = entry->desc;
         return 0;
     };
     H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, keep_first, &deepest);
     return deepest.empty() ? "" : " (" + deepest + ")";
 }
 
-[[noreturn]] inline void fail_to_write(const std::filesystem::path &path, const std::string &what) {
+[[noreturn]] inline void fail_to_write(const std::filesystem::path& path, const std::string& what) {
     throw RunError(fmt::format("{}: cannot write {}{}: check free space and whether the folder is still there", path.string(),
                                what, cause()));
 }
 
-[[noreturn]] inline void fail_to_read(const std::filesystem::path &path, const std::string &what) {
+[[noreturn]] inline void fail_to_read(const std::filesystem::path& path, const std::string& what) {
     throw InputError(fmt::format("{}: {}{}", path.string(), what, cause()));
 }
 
@@ -39,8 +39,8 @@ public:
         if (id_ >= 0)
             close_(id_);
     }
-    Id(const Id &) = delete;
-    Id &operator=(const Id &) = delete;
+    Id(const Id&) = delete;
+    Id& operator=(const Id&) = delete;
     [[nodiscard]] bool valid() const { return id_ >= 0; }
     operator hid_t() const { return id_; }
 
@@ -58,7 +58,7 @@ inline Id text_type() {
 }
 
 /// Takes over a string that HDF5 allocated.
-inline std::string adopt(char *text) {
+inline std::string adopt(char* text) {
     std::string copy = text ? text : "";
     H5free_memory(text);
     return copy;

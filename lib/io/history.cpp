@@ -39,7 +39,7 @@ History::History(std::filesystem::path csv, std::vector<std::string> columns, Op
 History::~History() {
     try {
         finish();
-    } catch (const Error &) {
+    } catch (const Error&) {
         // The partial file stays behind; who wants to know calls finish().
     }
 }
@@ -52,7 +52,7 @@ void History::open() {
     write(fmt::format("{}\n", fmt::join(table_.columns, ",")));
 }
 
-void History::restore(const HistoryTable &table) {
+void History::restore(const HistoryTable& table) {
     if (table.columns != table_.columns)
         throw InputError(fmt::format("the checkpoint's history has the columns {}, this run has {}: start a new run",
                                      fmt::join(table.columns, ","), fmt::join(table_.columns, ",")));

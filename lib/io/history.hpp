@@ -36,11 +36,11 @@ public:
     History(std::filesystem::path csv, std::vector<std::string> columns)
         : History(std::move(csv), std::move(columns), Options{}) {}
     ~History();
-    History(const History &) = delete;
-    History &operator=(const History &) = delete;
+    History(const History&) = delete;
+    History& operator=(const History&) = delete;
 
     /// Begins again with the rows of a checkpoint. Throws InputError when its columns are others.
-    void restore(const HistoryTable &table);
+    void restore(const HistoryTable& table);
 
     /// One value a column. Throws RunError when the file cannot be written.
     void append(std::span<const double> row);
@@ -49,11 +49,11 @@ public:
     /// Writes the rest, closes and renames. Harmless when repeated.
     void finish();
 
-    [[nodiscard]] const HistoryTable &table() const { return table_; }
+    [[nodiscard]] const HistoryTable& table() const { return table_; }
 
 private:
     struct CloseFile {
-        void operator()(std::FILE *file) const { std::fclose(file); }
+        void operator()(std::FILE* file) const { std::fclose(file); }
     };
 
     void open();

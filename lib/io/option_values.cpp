@@ -18,13 +18,13 @@ std::string_view trimmed(std::string_view text) {
     return first == text.npos ? std::string_view{} : text.substr(first, text.find_last_not_of(blanks) + 1 - first);
 }
 
-std::string required(const char *kind, const Limits &limits) {
+std::string required(const char* kind, const Limits& limits) {
     const std::string range = limits.describe();
     return fmt::format("it must be {}{}{}", kind, range.empty() ? "" : " ", range);
 }
 
 /// The number that is the whole text; std::from_chars knows no locale and no hexadecimal forms.
-template <class T> T whole_text(std::string_view text, const std::string &requirement) {
+template <class T> T whole_text(std::string_view text, const std::string& requirement) {
     std::string_view digits = trimmed(text);
     if (digits.starts_with('+') && !digits.starts_with("+-"))
         digits.remove_prefix(1);
@@ -56,7 +56,7 @@ bool Limits::allow(double value) const {
            (highest_allowed ? value <= highest : value < highest);
 }
 
-double parse_number(std::string_view text, const Limits &limits) {
+double parse_number(std::string_view text, const Limits& limits) {
     const std::string requirement = required("a finite number", limits);
     const auto value = whole_text<double>(text, requirement);
     if (!limits.allow(value))
@@ -64,7 +64,7 @@ double parse_number(std::string_view text, const Limits &limits) {
     return value;
 }
 
-std::int64_t parse_integer(std::string_view text, const Limits &limits) {
+std::int64_t parse_integer(std::string_view text, const Limits& limits) {
     const std::string requirement = required("a whole number", limits);
     const auto value = whole_text<std::int64_t>(text, requirement);
     if (!limits.allow(static_cast<double>(value)))
@@ -78,12 +78,12 @@ CellCount parse_cell_count(std::string_view text) {
         const std::size_t cross = text.find('x');
         const auto x = static_cast<int>(parse_integer(text.substr(0, cross), allowed));
         return {x, cross == text.npos ? x : static_cast<int>(parse_integer(text.substr(cross + 1), allowed))};
-    } catch (const InputError &) {
+    } catch (const InputError&) {
         throw InputError(fmt::format("it must be N or MxN (cells in x and y), whole numbers {}", allowed.describe()));
     }
 }
 
-std::vector<double> parse_number_list(std::string_view text, const Limits &limits) {
+std::vector<double> parse_number_list(std::string_view text, const Limits& limits) {
     std::vector<double> values;
     if (trimmed(text).empty())
         return values;
@@ -92,7 +92,7 @@ std::vector<double> parse_number_list(std::string_view text, const Limits &limit
         const std::string_view element = text.substr(begin, end - begin);
         try {
             values.push_back(parse_number(element, limits));
-        } catch (const InputError &error) {
+        } catch (const InputError& error) {
             throw InputError(fmt::format("it must be a list \"a,b,...\", element '{}' is wrong: {}", element, error.what()));
         }
         begin = end + 1;
@@ -101,9 +101,9 @@ std::vector<double> parse_number_list(std::string_view text, const Limits &limit
 }
 
 std::string to_text(double value) { return fmt::format("{}", value); }
-std::string to_text(const CellCount &cells) {
+std::string to_text(const CellCount& cells) {
     return cells.x == cells.y ? fmt::format("{}", cells.x) : fmt::format("{}x{}", cells.x, cells.y);
 }
-std::string to_text(const std::vector<double> &values) { return fmt::format("{}", fmt::join(values, ",")); }
+std::string to_text(const std::vector<double>& values) { return fmt::format("{}", fmt::join(values, ",")); }
 
 } // namespace ductile::io

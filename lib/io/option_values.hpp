@@ -32,20 +32,20 @@ inline constexpr Limits not_negative{.lowest = 0.0};
 struct CellCount {
     int x = 0;
     int y = 0;
-    bool operator==(const CellCount &) const = default;
+    bool operator==(const CellCount&) const = default;
 };
 
 /// Text to value, for command line and configuration file alike. Throws InputError that says what is allowed; the caller adds
 /// which option it was.
-[[nodiscard]] double parse_number(std::string_view text, const Limits &limits = any_number);
-[[nodiscard]] std::int64_t parse_integer(std::string_view text, const Limits &limits = any_number);
+[[nodiscard]] double parse_number(std::string_view text, const Limits& limits = any_number);
+[[nodiscard]] std::int64_t parse_integer(std::string_view text, const Limits& limits = any_number);
 [[nodiscard]] CellCount parse_cell_count(std::string_view text);
 /// "t1,t2,..."; empty text is an empty list.
-[[nodiscard]] std::vector<double> parse_number_list(std::string_view text, const Limits &limits = any_number);
+[[nodiscard]] std::vector<double> parse_number_list(std::string_view text, const Limits& limits = any_number);
 
 /// Value to the shortest text that is read back as the same value.
 [[nodiscard]] std::string to_text(double value);
-[[nodiscard]] std::string to_text(const CellCount &cells);
-[[nodiscard]] std::string to_text(const std::vector<double> &values);
+[[nodiscard]] std::string to_text(const CellCount& cells);
+[[nodiscard]] std::string to_text(const std::vector<double>& values);
 
 } // namespace ductile::io

@@ -17,23 +17,23 @@ namespace fs = std::filesystem;
 namespace ductile::io {
 namespace {
 
-[[noreturn]] void refuse(const fs::path &folder, const std::string &why) {
+[[noreturn]] void refuse(const fs::path& folder, const std::string& why) {
     throw InputError(fmt::format("output folder {}: {}: choose another one with --output", folder.string(), why));
 }
 
-bool holds_a_run(const fs::path &folder) {
+bool holds_a_run(const fs::path& folder) {
     constexpr std::array files = {"summary.json", "history.csv", "fields.h5", "checkpoint.h5"};
-    return std::ranges::any_of(files, [&](const char *file) {
+    return std::ranges::any_of(files, [&](const char* file) {
         const fs::path path = folder / file;
         return fs::exists(path) || fs::exists(path.string() + ".partial");
     });
 }
 
-bool lies_in(const fs::path &path, const fs::path &folder) {
+bool lies_in(const fs::path& path, const fs::path& folder) {
     return std::mismatch(folder.begin(), folder.end(), path.begin(), path.end()).first == folder.end();
 }
 
-void check_writable(const fs::path &folder) {
+void check_writable(const fs::path& folder) {
     const fs::path probe = folder / ".ductile-write-test";
     const int file = ::open(probe.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
     if (file < 0)
@@ -44,7 +44,7 @@ void check_writable(const fs::path &folder) {
 
 } // namespace
 
-OutputFolder::OutputFolder(const fs::path &folder, const fs::path &restart) : path_(folder.lexically_normal()) {
+OutputFolder::OutputFolder(const fs::path& folder, const fs::path& restart) : path_(folder.lexically_normal()) {
     if (!path_.has_filename())
         path_ = path_.parent_path();
     try {
@@ -61,7 +61,7 @@ OutputFolder::OutputFolder(const fs::path &folder, const fs::path &restart) : pa
             claim();
         }
         check_writable(path_);
-    } catch (const fs::filesystem_error &error) {
+    } catch (const fs::filesystem_error& error) {
         refuse(path_, fmt::format("cannot be made ({})", error.code().message()));
     }
 }
@@ -81,7 +81,7 @@ void OutputFolder::claim() {
         refuse(path_, "another run is writing there");
 }
 
-void OutputFolder::move_aside(const fs::path &restart) {
+void OutputFolder::move_aside(const fs::path& restart) {
     const fs::path whole = fs::canonical(path_);
     if (lies_in(fs::current_path(), whole))
         refuse(path_, "it holds an earlier run and cannot be moved aside, because it is or holds the current folder");

@@ -49,32 +49,32 @@ struct CommonOptions {
 class Program {
 public:
     Program(std::string name, std::string description);
-    Program(const Program &) = delete;
-    Program &operator=(const Program &) = delete;
+    ~Program();
+    Program(const Program&) = delete;
+    Program& operator=(const Program&) = delete;
 
     /// Declares an option `--a-name` bound to a variable, which must outlive the program object.
-    void option(const std::string &flag, double &value, const OptionHelp &help);
-    void option(const std::string &flag, int &value, const OptionHelp &help);
-    void option(const std::string &flag, std::int64_t &value, const OptionHelp &help);
-    void option(const std::string &flag, bool &value, const OptionHelp &help);
-    void option(const std::string &flag, std::string &value, const OptionHelp &help);
-    void option(const std::string &flag, std::filesystem::path &value, const OptionHelp &help);
-    void option(const std::string &flag, CellCount &value, const OptionHelp &help);
-    void option(const std::string &flag, std::vector<double> &value, const OptionHelp &help);
+    void option(const std::string& flag, double& value, const OptionHelp& help);
+    void option(const std::string& flag, int& value, const OptionHelp& help);
+    void option(const std::string& flag, std::int64_t& value, const OptionHelp& help);
+    void option(const std::string& flag, bool& value, const OptionHelp& help);
+    void option(const std::string& flag, std::string& value, const OptionHelp& help);
+    void option(const std::string& flag, std::filesystem::path& value, const OptionHelp& help);
+    void option(const std::string& flag, CellCount& value, const OptionHelp& help);
+    void option(const std::string& flag, std::vector<double>& value, const OptionHelp& help);
     /// One of a few words.
-    void choice(const std::string &flag, std::string &value, const std::vector<std::string> &words, const OptionHelp &help);
+    void choice(const std::string& flag, std::string& value, const std::vector<std::string>& words, const OptionHelp& help);
     /// One of a few words that stand for values of an enumeration.
     template <class Enum>
-    void choice(const std::string &flag, Enum &value, std::initializer_list<std::pair<std::string, Enum>> words,
-                const OptionHelp &help);
+    void choice(const std::string& flag, Enum& value, std::initializer_list<std::pair<std::string, Enum>> words,
+                const OptionHelp& help);
 
     /// Reads all options. Returns false when --help, --version or --print-config was asked for and answered.
     /// Throws InputError, naming the option (or file and line) and what is allowed. Sets the number of threads.
-    [[nodiscard]] bool parse(int argc, const char *const *argv);
+    [[nodiscard]] bool parse(int argc, const char* const* argv);
 
-    [[nodiscard]] const std::string &name() const { return name_; }
-    [[nodiscard]] const CommonOptions &common() const { return common_; }
-    [[nodiscard]] CLI::App &app() { return app_; }
+    [[nodiscard]] const std::string& name() const { return name_; }
+    [[nodiscard]] const CommonOptions& common() const { return common_; }
     /// All options, their values and meanings: a valid configuration file that reproduces the run.
     [[nodiscard]] std::string config_text() const;
     /// All options and their values by key.
@@ -84,12 +84,12 @@ public:
     [[nodiscard]] std::optional<CheckpointReader> open_restart(int format) const;
 
     /// Prints to the standard output unless --quiet.
-    void say(const std::string &text) const;
+    void say(const std::string& text) const;
 
     /// The frame of a run: claims the output folder, installs the signal handlers, calls `body`, and whatever happens writes
     /// summary.json; prints the summary. `body` gets the folder and a summary to fill in, and returns completed or interrupted.
     /// Returns the exit status; exceptions go on to run_main() once the summary says "failed".
-    [[nodiscard]] int run(const std::function<RunStatus(const OutputFolder &, RunSummary &)> &body) const;
+    [[nodiscard]] int run(const std::function<RunStatus(const OutputFolder&, RunSummary&)>& body) const;
 
 private:
     enum class Kind { number, integer, boolean, text, cells, number_list };
@@ -98,19 +98,19 @@ private:
         Kind kind;
         std::string group, comment;        ///< for --print-config
         std::function<std::string()> text; ///< the variable's value
-        CLI::Option *option;
+        CLI::Option* option;
     };
     using Text = std::function<std::string()>;
-    using Convert = std::function<void(const std::string &)>;
+    using Convert = std::function<void(const std::string&)>;
 
-    void declare(const std::string &flag, Kind kind, const OptionHelp &help, const std::string &allowed, Text text,
-                 const Convert &convert);
-    void choose(const std::string &flag, const std::vector<std::string> &words, const OptionHelp &help, Text text,
-                const Convert &convert);
+    CLI::Option* declare(const std::string& flag, Kind kind, const OptionHelp& help, const std::string& allowed, Text text,
+                         const Convert& convert);
+    void choose(const std::string& flag, const std::vector<std::string>& words, const OptionHelp& help, Text text,
+                const Convert& convert);
     void declare_common();
-    void apply_config(const std::string &text, const std::string &source, const std::vector<std::string> &skipped_keys);
+    void apply_config(const std::string& text, const std::string& source, const std::vector<std::string>& skipped_keys);
     void apply_restart();
-    [[nodiscard]] std::string toml_value(const Declared &declared) const;
+    [[nodiscard]] std::string toml_value(const Declared& declared) const;
 
     std::string name_, description_;
     CommonOptions common_;
@@ -120,16 +120,16 @@ private:
 };
 
 template <class Enum>
-void Program::choice(const std::string &flag, Enum &value, std::initializer_list<std::pair<std::string, Enum>> words,
-                     const OptionHelp &help) {
+void Program::choice(const std::string& flag, Enum& value, std::initializer_list<std::pair<std::string, Enum>> words,
+                     const OptionHelp& help) {
     const std::vector<std::pair<std::string, Enum>> table = words;
     std::vector<std::string> names;
-    for (const auto &entry : table)
+    for (const auto& entry : table)
         names.push_back(entry.first);
     const auto word_of_value = [&value, table] {
         return std::ranges::find(table, value, &std::pair<std::string, Enum>::second)->first;
     };
-    const auto take = [&value, table](const std::string &word) {
+    const auto take = [&value, table](const std::string& word) {
         value = std::ranges::find(table, word, &std::pair<std::string, Enum>::first)->second;
     };
     choose(flag, names, help, word_of_value, take);
@@ -137,6 +137,6 @@ void Program::choice(const std::string &flag, Enum &value, std::initializer_list
 
 /// The whole of a main function: calls `body`, turns every exception into "error: ..." on the standard error stream, and
 /// returns the exit status: that of `body`, 2 for bad input, 1 for a failed run.
-[[nodiscard]] int run_main(const std::function<int()> &body);
+[[nodiscard]] int run_main(const std::function<int()>& body);
 
 } // namespace ductile::io

@@ -12,7 +12,7 @@
 
 namespace ductile::io {
 
-std::string Program::toml_value(const Declared &declared) const {
+std::string Program::toml_value(const Declared& declared) const {
     const std::string text = declared.text();
     switch (declared.kind) {
     case Kind::text:
@@ -20,7 +20,7 @@ std::string Program::toml_value(const Declared &declared) const {
     case Kind::cells:
         return text.find('x') == text.npos ? text : toml_quoted(text);
     case Kind::number_list:
-        return "[" + text + "]";
+        return fmt::format("[{}]", text);
     case Kind::number:
     case Kind::integer:
     case Kind::boolean:
@@ -33,12 +33,12 @@ std::string Program::config_text() const {
     std::string text =
         fmt::format("# {}: {}\n# All options with their values; written by ductile {}.\n", name_, description_, version());
     std::vector<std::string> groups;
-    for (const Declared &declared : declared_)
+    for (const Declared& declared : declared_)
         if (std::ranges::find(groups, declared.group) == groups.end())
             groups.push_back(declared.group);
-    for (const std::string &group : groups) {
+    for (const std::string& group : groups) {
         text += fmt::format("\n# --- {} ---\n", group);
-        for (const Declared &declared : declared_)
+        for (const Declared& declared : declared_)
             if (declared.group == group)
                 text += fmt::format("\n# {}\n{} = {}\n", declared.comment, declared.key, toml_value(declared));
     }
@@ -47,7 +47,7 @@ std::string Program::config_text() const {
 
 nlohmann::ordered_json Program::parameters() const {
     nlohmann::ordered_json json = nlohmann::ordered_json::object();
-    for (const Declared &declared : declared_) {
+    for (const Declared& declared : declared_) {
         const std::string text = declared.text();
         switch (declared.kind) {
         case Kind::number:
@@ -77,14 +77,14 @@ std::optional<CheckpointReader> Program::open_restart(int format) const {
     return CheckpointReader(common_.restart, name_, format);
 }
 
-void Program::say(const std::string &text) const {
+void Program::say(const std::string& text) const {
     if (common_.quiet)
         return;
     fmt::print("{}", text);
     std::fflush(stdout);
 }
 
-int Program::run(const std::function<RunStatus(const OutputFolder &, RunSummary &)> &body) const {
+int Program::run(const std::function<RunStatus(const OutputFolder&, RunSummary&)>& body) const {
     install_signal_handlers();
     const OutputFolder folder(common_.output, common_.restart);
     if (folder.earlier_run_moved_to())
@@ -102,23 +102,23 @@ int Program::run(const std::function<RunStatus(const OutputFolder &, RunSummary 
     };
     try {
         summary.status = body(folder, summary);
-    } catch (const std::exception &error) {
+    } catch (const std::exception& error) {
         summary.status = RunStatus::failed;
         summary.reason = error.what();
         try {
             write();
-        } catch (const Error &) {
+        } catch (const Error&) {
             // The failure that ended the run is the one to tell.
         }
         throw;
     }
     write();
-    say("\n" + describe(summary, folder.path()));
+    say(fmt::format("\n{}", describe(summary, folder.path())));
     return summary.status == RunStatus::interrupted ? interrupted_exit_status : 0;
 }
 
-int run_main(const std::function<int()> &body) {
-    const auto report = [](const std::string &message, int status) {
+int run_main(const std::function<int()>& body) {
+    const auto report = [](const std::string& message, int status) {
         std::fflush(stdout);
         fmt::print(stderr, "error: {}\n", message);
         return status;
@@ -128,11 +128,11 @@ int run_main(const std::function<int()> &body) {
         if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
             return report("cannot write to the standard output", 1);
         return status;
-    } catch (const Error &error) {
+    } catch (const Error& error) {
         return report(error.what(), error.exit_status());
-    } catch (const std::bad_alloc &) {
+    } catch (const std::bad_alloc&) {
         return report("there is not enough memory: use fewer cells or particles", 1);
-    } catch (const std::exception &error) {
+    } catch (const std::exception& error) {
         return report(error.what(), 1);
     }
 }

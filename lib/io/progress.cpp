@@ -22,11 +22,11 @@ std::size_t terminal_width() {
 
 } // namespace
 
-Progress::Progress(const Options &options)
+Progress::Progress(const Options& options)
     : options_(options), terminal_(isatty(STDERR_FILENO) == 1), start_(Clock::now()),
       next_(start_ + (terminal_ ? Clock::duration(terminal_interval) : Clock::duration(pipe_interval))) {}
 
-std::string Progress::line(const ProgressState &state, double elapsed_s) const {
+std::string Progress::line(const ProgressState& state, double elapsed_s) const {
     const double done = state.time_s - options_.start_s;
     const double remaining_s = elapsed_s * (options_.duration_s - state.time_s) / done;
     const double percentage = options_.duration_s > 0.0 ? 100.0 * state.time_s / options_.duration_s : 100.0;

@@ -23,10 +23,10 @@ public:
         double start_s = 0.0;    ///< simulated time at the start: not 0 in a continued run
         bool quiet = false;
     };
-    explicit Progress(const Options &options);
+    explicit Progress(const Options& options);
 
     /// Call it every step: without anything to print it costs one look at the clock.
-    void update(const ProgressState &state) {
+    void update(const ProgressState& state) {
         last_ = state;
         if (!options_.quiet && Clock::now() >= next_)
             print();
@@ -34,7 +34,7 @@ public:
     /// Prints the final state once and ends the line.
     void finish();
     /// The line as it would be printed after so many seconds.
-    [[nodiscard]] std::string line(const ProgressState &state, double elapsed_s) const;
+    [[nodiscard]] std::string line(const ProgressState& state, double elapsed_s) const;
 
 private:
     using Clock = std::chrono::steady_clock;

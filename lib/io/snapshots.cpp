@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 namespace ductile::io {
 namespace {
 
-constexpr const char *format_name = "ductile fields 1";
+constexpr const char* format_name = "ductile fields 1";
 /// Room for the group, the object headers and the attributes of one field, generously.
 constexpr std::size_t overhead_bytes = 16 * 1024;
 
@@ -32,7 +32,7 @@ std::vector<double> line(int cells, double begin, double length, double shift) {
     return points;
 }
 
-void write_head(Hdf5File &file, const std::string &program, const SnapshotGrid &grid) {
+void write_head(Hdf5File& file, const std::string& program, const SnapshotGrid& grid) {
     file.set_attribute("/", "format", std::string(format_name));
     file.set_attribute("/", "program", program);
     file.set_attribute("/", "version", version());
@@ -47,7 +47,7 @@ void write_head(Hdf5File &file, const std::string &program, const SnapshotGrid &
     file.create_group("snapshots");
 }
 
-void check_same_grid(const Hdf5File &file, const SnapshotGrid &grid) {
+void check_same_grid(const Hdf5File& file, const SnapshotGrid& grid) {
     if (!file.has_attribute("/", "format") || file.text_attribute("/", "format") != format_name)
         throw InputError(fmt::format("{}: this is not a file of format '{}': move it away to go on without earlier snapshots",
                                      file.path().string(), format_name));
@@ -59,7 +59,7 @@ void check_same_grid(const Hdf5File &file, const SnapshotGrid &grid) {
 }
 
 /// Rows and columns that a view may have, and whether its first column must be repeated.
-bool needs_periodic_column(const SnapshotField &field, const SnapshotGrid &grid) {
+bool needs_periodic_column(const SnapshotField& field, const SnapshotGrid& grid) {
     const int extra = field.centring == Centring::corner ? 1 : 0;
     const bool periodic = extra == 1 && field.values.columns == grid.cells_x;
     if (field.values.rows != grid.cells_y + extra || (field.values.columns != grid.cells_x + extra && !periodic))
@@ -70,8 +70,8 @@ bool needs_periodic_column(const SnapshotField &field, const SnapshotGrid &grid)
 
 } // namespace
 
-SnapshotWriter::SnapshotWriter(fs::path fields, std::string program, const SnapshotGrid &grid,
-                               const std::optional<EarlierSnapshots> &earlier)
+SnapshotWriter::SnapshotWriter(fs::path fields, std::string program, const SnapshotGrid& grid,
+                               const std::optional<EarlierSnapshots>& earlier)
     : final_(std::move(fields)), partial_(final_), program_(std::move(program)), grid_(grid) {
     partial_ += ".partial";
     AtomicFile target(partial_);
@@ -87,12 +87,12 @@ SnapshotWriter::SnapshotWriter(fs::path fields, std::string program, const Snaps
 SnapshotWriter::~SnapshotWriter() {
     try {
         finish();
-    } catch (const Error &) {
+    } catch (const Error&) {
         // The partial file stays behind; who wants to know calls finish().
     }
 }
 
-void SnapshotWriter::copy(const EarlierSnapshots &earlier, Hdf5File &file) {
+void SnapshotWriter::copy(const EarlierSnapshots& earlier, Hdf5File& file) {
     // The partial form goes first: it began as a copy of the finished one.
     fs::path source = earlier.fields;
     source += ".partial";
@@ -102,12 +102,12 @@ void SnapshotWriter::copy(const EarlierSnapshots &earlier, Hdf5File &file) {
         return;
     const Hdf5File old = Hdf5File::open(source);
     check_same_grid(old, grid_);
-    for (const std::string &member : old.members("snapshots")) {
+    for (const std::string& member : old.members("snapshots")) {
         const std::string group = "snapshots/" + member;
         XdmfSnapshot snapshot{.group = group, .time_s = old.double_attribute(group, "time_s"), .fields = {}};
         if (snapshot.time_s > earlier.until_s)
             break;
-        for (const std::string &name : old.members(group)) {
+        for (const std::string& name : old.members(group)) {
             const bool cell = old.text_attribute(group + "/" + name, "centring") == "cell";
             snapshot.fields.push_back({name, old.text_attribute(group + "/" + name, "units"), cell});
         }
@@ -142,7 +142,7 @@ void SnapshotWriter::reserve(std::size_t bytes) const {
 
 void SnapshotWriter::write(double time_s, std::int64_t step, std::span<const SnapshotField> fields) {
     std::size_t bytes = overhead_bytes;
-    for (const SnapshotField &field : fields) {
+    for (const SnapshotField& field : fields) {
         const std::size_t columns =
             static_cast<std::size_t>(field.values.columns) + (needs_periodic_column(field, grid_) ? 1 : 0);
         bytes += overhead_bytes + sizeof(double) * columns * static_cast<std::size_t>(field.values.rows);
@@ -154,7 +154,7 @@ void SnapshotWriter::write(double time_s, std::int64_t step, std::span<const Sna
     file.create_group(snapshot.group);
     file.set_attribute(snapshot.group, "time_s", time_s);
     file.set_attribute(snapshot.group, "step", step);
-    for (const SnapshotField &field : fields) {
+    for (const SnapshotField& field : fields) {
         const std::string name = snapshot.group + "/" + field.name;
         const bool cell = field.centring == Centring::cell;
         file.write(name, field.values, {field.scale, field.offset, needs_periodic_column(field, grid_)});
@@ -167,7 +167,7 @@ void SnapshotWriter::write(double time_s, std::int64_t step, std::span<const Sna
     write_xdmf_file(partial_);
 }
 
-void SnapshotWriter::write_xdmf_file(const fs::path &data) const {
+void SnapshotWriter::write_xdmf_file(const fs::path& data) const {
     fs::path path = final_;
     path.replace_extension(".xdmf");
     write_text_atomically(path, xdmf_text(data.filename().string(), grid_.cells_x, grid_.cells_y, snapshots_));
@@ -183,7 +183,7 @@ void SnapshotWriter::finish() {
 
 std::vector<double> SnapshotWriter::times() const {
     std::vector<double> times;
-    for (const XdmfSnapshot &snapshot : snapshots_)
+    for (const XdmfSnapshot& snapshot : snapshots_)
         times.push_back(snapshot.time_s);
     return times;
 }

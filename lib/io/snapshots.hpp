@@ -49,11 +49,11 @@ struct EarlierSnapshots {
 class SnapshotWriter {
 public:
     /// Throws RunError when the file cannot be made, InputError when the earlier snapshots are unreadable or on another grid.
-    SnapshotWriter(std::filesystem::path fields, std::string program, const SnapshotGrid &grid,
-                   const std::optional<EarlierSnapshots> &earlier = {});
+    SnapshotWriter(std::filesystem::path fields, std::string program, const SnapshotGrid& grid,
+                   const std::optional<EarlierSnapshots>& earlier = {});
     ~SnapshotWriter();
-    SnapshotWriter(const SnapshotWriter &) = delete;
-    SnapshotWriter &operator=(const SnapshotWriter &) = delete;
+    SnapshotWriter(const SnapshotWriter&) = delete;
+    SnapshotWriter& operator=(const SnapshotWriter&) = delete;
 
     /// Adds a snapshot. Space is reserved first: a full disk is a RunError that says how much is missing, and the
     /// snapshots before stay intact.
@@ -66,9 +66,9 @@ public:
     [[nodiscard]] std::vector<double> times() const;
 
 private:
-    void copy(const EarlierSnapshots &earlier, Hdf5File &file);
+    void copy(const EarlierSnapshots& earlier, Hdf5File& file);
     void reserve(std::size_t bytes) const;
-    void write_xdmf_file(const std::filesystem::path &data) const;
+    void write_xdmf_file(const std::filesystem::path& data) const;
 
     std::filesystem::path final_, partial_;
     std::string program_;

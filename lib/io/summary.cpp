@@ -12,7 +12,7 @@
 namespace ductile::io {
 namespace {
 
-const char *name(RunStatus status) {
+const char* name(RunStatus status) {
     switch (status) {
     case RunStatus::completed:
         return "completed";
@@ -24,9 +24,9 @@ const char *name(RunStatus status) {
     return "failed";
 }
 
-using Counts = std::array<std::pair<const char *, std::int64_t>, 8>;
+using Counts = std::array<std::pair<const char*, std::int64_t>, 8>;
 
-Counts counts(const RunSummary &summary) {
+Counts counts(const RunSummary& summary) {
     return {{{"steps", summary.steps},
              {"rejected_steps", summary.rejected_steps},
              {"elliptic_solves", summary.elliptic_solves},
@@ -37,9 +37,9 @@ Counts counts(const RunSummary &summary) {
              {"jacobian_products", summary.jacobian_products}}};
 }
 
-std::string files_in(const std::filesystem::path &folder) {
+std::string files_in(const std::filesystem::path& folder) {
     std::string found;
-    for (const char *file : {"summary.json", "history.csv", "fields.h5", "fields.xdmf", "checkpoint.h5"})
+    for (const char* file : {"summary.json", "history.csv", "fields.h5", "fields.xdmf", "checkpoint.h5"})
         if (std::filesystem::exists(folder / file))
             found += (found.empty() ? "" : ", ") + std::string(file);
     return fmt::format("{} ({})", folder.string(), found);
@@ -47,18 +47,18 @@ std::string files_in(const std::filesystem::path &folder) {
 
 } // namespace
 
-nlohmann::ordered_json to_json(const RunSummary &summary) {
+nlohmann::ordered_json to_json(const RunSummary& summary) {
     nlohmann::ordered_json json;
     json["program"] = summary.program;
     json["version"] = summary.version;
     json["status"] = name(summary.status);
     if (!summary.reason.empty())
         json["reason"] = summary.reason;
-    for (const auto &[key, count] : counts(summary))
+    for (const auto& [key, count] : counts(summary))
         json[key] = count;
     json["wall_seconds"] = summary.wall_seconds;
     json["phase_seconds"] = nlohmann::ordered_json::object();
-    for (const auto &[phase, seconds] : summary.phase_seconds)
+    for (const auto& [phase, seconds] : summary.phase_seconds)
         json["phase_seconds"][phase] = seconds;
     json["peak_memory_bytes"] = summary.peak_memory_bytes;
     json["extra"] = summary.extra;
@@ -66,25 +66,25 @@ nlohmann::ordered_json to_json(const RunSummary &summary) {
     return json;
 }
 
-void write_summary(const std::filesystem::path &path, const RunSummary &summary) {
+void write_summary(const std::filesystem::path& path, const RunSummary& summary) {
     constexpr auto replace_invalid_utf8 = nlohmann::ordered_json::error_handler_t::replace;
     write_text_atomically(path, to_json(summary).dump(2, ' ', false, replace_invalid_utf8) + "\n");
 }
 
-std::string describe(const RunSummary &summary, const std::filesystem::path &folder) {
+std::string describe(const RunSummary& summary, const std::filesystem::path& folder) {
     LabelledLines lines;
-    for (const auto &[key, count] : counts(summary)) {
+    for (const auto& [key, count] : counts(summary)) {
         std::string label = key;
         std::ranges::replace(label, '_', ' ');
         if (count != 0)
             lines.emplace_back(label, fmt::format("{}", count));
     }
     lines.emplace_back("wall time", human_duration(summary.wall_seconds));
-    for (const auto &[phase, seconds] : summary.phase_seconds)
+    for (const auto& [phase, seconds] : summary.phase_seconds)
         lines.emplace_back("  " + phase, fmt::format("{} ({:.0f} %)", human_duration(seconds),
                                                      100.0 * seconds / std::max(summary.wall_seconds, 1e-9)));
     lines.emplace_back("peak memory", human_bytes(static_cast<double>(summary.peak_memory_bytes)));
-    for (const auto &[key, value] : summary.extra.items())
+    for (const auto& [key, value] : summary.extra.items())
         lines.emplace_back(key, value.is_string() ? value.get<std::string>() : value.dump());
     lines.emplace_back("files", files_in(folder));
     return aligned_lines(fmt::format("{}: {}", summary.program, name(summary.status)), lines);

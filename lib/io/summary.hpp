@@ -32,11 +32,11 @@ struct RunSummary {
     nlohmann::ordered_json extra = nlohmann::ordered_json::object(); ///< what only this scene knows; keys carry units
 };
 
-[[nodiscard]] nlohmann::ordered_json to_json(const RunSummary &summary);
+[[nodiscard]] nlohmann::ordered_json to_json(const RunSummary& summary);
 /// Throws RunError; an earlier file then stays as it was.
-void write_summary(const std::filesystem::path &path, const RunSummary &summary);
+void write_summary(const std::filesystem::path& path, const RunSummary& summary);
 /// The lines for the end of a run: what it did, where its time went, which files are in the folder.
-[[nodiscard]] std::string describe(const RunSummary &summary, const std::filesystem::path &folder);
+[[nodiscard]] std::string describe(const RunSummary& summary, const std::filesystem::path& folder);
 
 /// The largest memory this process has held so far.
 [[nodiscard]] std::int64_t peak_memory_bytes();

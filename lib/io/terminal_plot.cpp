@@ -39,7 +39,7 @@ struct Tick {
 };
 
 /// Three to six ticks at multiples of 1, 2 or 5 times a power of ten, labelled with as many digits as tell them apart.
-std::vector<Tick> ticks_of(const Range &range) {
+std::vector<Tick> ticks_of(const Range& range) {
     const double rough = (range.high - range.low) / 4.0;
     const double power = std::pow(10.0, std::floor(std::log10(rough)));
     const double lead = rough / power;
@@ -95,7 +95,7 @@ int position(double part, int count) { return static_cast<int>(std::lround(part 
 
 } // namespace
 
-std::string terminal_plot(std::span<const double> x, std::span<const double> y, const PlotOptions &options) {
+std::string terminal_plot(std::span<const double> x, std::span<const double> y, const PlotOptions& options) {
     if (x.size() != y.size())
         throw InputError(fmt::format("plot '{}': {} values of x for {} values of y", options.title, x.size(), y.size()));
     const Range across = range_of(x), up = range_of(y);
@@ -112,20 +112,20 @@ std::string terminal_plot(std::span<const double> x, std::span<const double> y, 
 
     std::vector<std::string> labels(static_cast<std::size_t>(options.height));
     std::size_t margin = 0;
-    for (const Tick &tick : ticks_of(up)) {
+    for (const Tick& tick : ticks_of(up)) {
         labels[static_cast<std::size_t>(options.height - 1 - position(tick.part, options.height))] = tick.label;
         margin = std::max(margin, tick.label.size());
     }
     std::string text = options.title.empty() ? "" : options.title + "\n";
     text += fmt::format("{}\n", options.y_label);
     for (int line = 0; line < options.height; ++line) {
-        const std::string &label = labels[static_cast<std::size_t>(line)];
+        const std::string& label = labels[static_cast<std::size_t>(line)];
         text += fmt::format("{:>{}} {}{}\n", label, margin, label.empty() ? "│" : "┤", canvas.line(line));
     }
 
     std::string names(static_cast<std::size_t>(options.width) + margin + 12, ' ');
     std::vector<bool> marked(static_cast<std::size_t>(options.width), false);
-    for (const Tick &tick : ticks_of(across)) {
+    for (const Tick& tick : ticks_of(across)) {
         const auto column = static_cast<std::size_t>(position(tick.part, options.width));
         const std::size_t begin = margin + 2 + column - std::min(tick.label.size() / 2, margin + 2 + column);
         const bool free = names.find_first_not_of(' ', begin > 0 ? begin - 1 : 0) == names.npos;

@@ -14,6 +14,6 @@ struct PlotOptions {
 
 /// Draws the curve y(x) with braille dots, axes and labelled ticks. Points that are not finite leave a gap.
 /// Returns lines of text (UTF-8), also for empty or constant curves. Throws InputError when x and y differ in length.
-[[nodiscard]] std::string terminal_plot(std::span<const double> x, std::span<const double> y, const PlotOptions &options);
+[[nodiscard]] std::string terminal_plot(std::span<const double> x, std::span<const double> y, const PlotOptions& options);
 
 } // namespace ductile::io

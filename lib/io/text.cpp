@@ -8,12 +8,12 @@
 
 namespace ductile::io {
 
-std::string aligned_lines(const std::string &title, const LabelledLines &lines) {
+std::string aligned_lines(const std::string& title, const LabelledLines& lines) {
     std::size_t width = 0;
-    for (const auto &[label, value] : lines)
+    for (const auto& [label, value] : lines)
         width = std::max(width, label.size());
     std::string text = title + "\n";
-    for (const auto &[label, value] : lines)
+    for (const auto& [label, value] : lines)
         text += fmt::format("  {:<{}}  {}\n", label, width, value);
     return text;
 }

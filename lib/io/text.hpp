@@ -8,7 +8,7 @@ namespace ductile::io {
 using LabelledLines = std::vector<std::pair<std::string, std::string>>;
 
 /// A title and, below it, "label   value" lines with the values aligned: the header and the summary of a run.
-[[nodiscard]] std::string aligned_lines(const std::string &title, const LabelledLines &lines);
+[[nodiscard]] std::string aligned_lines(const std::string& title, const LabelledLines& lines);
 
 /// "17 B", "3.2 MiB".
 [[nodiscard]] std::string human_bytes(double bytes);

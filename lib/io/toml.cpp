@@ -17,7 +17,7 @@ struct Value {
 
 class Reader {
 public:
-    Reader(std::string_view text, const std::string &source) : rest_(text), source_(source) {}
+    Reader(std::string_view text, const std::string& source) : rest_(text), source_(source) {}
 
     std::vector<TomlEntry> entries() {
         std::vector<TomlEntry> found;
@@ -41,7 +41,7 @@ public:
     }
 
 private:
-    [[noreturn]] void fail(const std::string &what) const {
+    [[noreturn]] void fail(const std::string& what) const {
         throw InputError(fmt::format("{}, line {}: {}", source_, line_, what));
     }
 
@@ -99,7 +99,7 @@ private:
         return read_number(word);
     }
 
-    Value read_number(const std::string &word) const {
+    Value read_number(const std::string& word) const {
         std::string digits = word;
         std::erase(digits, '_');
         const std::string_view unsigned_digits = std::string_view(digits).substr(digits.find_first_of("+-") == 0 ? 1 : 0);
@@ -153,13 +153,13 @@ private:
     }
 
     std::string_view rest_;
-    const std::string &source_;
+    const std::string& source_;
     int line_ = 1;
 };
 
 } // namespace
 
-std::vector<TomlEntry> read_toml(std::string_view text, const std::string &source) { return Reader(text, source).entries(); }
+std::vector<TomlEntry> read_toml(std::string_view text, const std::string& source) { return Reader(text, source).entries(); }
 
 std::string toml_quoted(std::string_view text) {
     std::string quoted = "\"";

@@ -19,7 +19,7 @@ struct TomlEntry {
 /// Reads the part of TOML that options need: top-level `key = value` with strings, integers, floats, booleans and arrays of
 /// these, and comments. `source` names the text in messages. Throws InputError with the line for anything else
 /// (tables and dates included) and for keys given twice.
-[[nodiscard]] std::vector<TomlEntry> read_toml(std::string_view text, const std::string &source);
+[[nodiscard]] std::vector<TomlEntry> read_toml(std::string_view text, const std::string& source);
 
 /// A string in TOML quotes.
 [[nodiscard]] std::string toml_quoted(std::string_view text);

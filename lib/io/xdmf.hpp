@@ -20,7 +20,7 @@ struct XdmfSnapshot {
 
 /// The XDMF 3 description of snapshots in an HDF5 file (named relative to the XDMF file) with the datasets grid/x_corner and
 /// grid/y_corner: a temporal collection of rectilinear grids.
-[[nodiscard]] std::string xdmf_text(const std::string &hdf5_file, int cells_x, int cells_y,
+[[nodiscard]] std::string xdmf_text(const std::string& hdf5_file, int cells_x, int cells_y,
                                     std::span<const XdmfSnapshot> snapshots);
 
 } // namespace ductile::io
