@@ -1,0 +1,128 @@
+#include <ductile/base/error.hpp>
+#include <ductile/io/atomic_file.hpp>
+#include <ductile/io/checkpoint.hpp>
+#include <ductile/io/version.hpp>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <string_view>
+
+namespace ductile::io {
+namespace {
+
+/// Version of the file's own layout.
+constexpr std::string_view layout = "ductile checkpoint 1";
+
+std::string in_group(std::string_view group, const std::string& name) { return fmt::format("{}/{}", group, name); }
+
+} // namespace
+
+void write_checkpoint(const std::filesystem::path& path, const Checkpoint& checkpoint) {
+    AtomicFile target(path);
+    Hdf5File file = Hdf5File::create(target.temporary_path());
+    file.set_attribute("/", "format", std::string(layout));
+    file.set_attribute("/", "program", checkpoint.program);
+    file.set_attribute("/", "version", version());
+    file.set_attribute("/", "program_format", std::int64_t{checkpoint.format});
+    file.write("config", checkpoint.config);
+    file.create_group("scalars");
+    for (const auto& [name, value] : checkpoint.scalars)
+        file.set_attribute("scalars", name, value);
+    file.create_group("counters");
+    for (const auto& [name, value] : checkpoint.counters)
+        file.set_attribute("counters", name, value);
+    for (const auto& [name, view] : checkpoint.arrays)
+        file.write(in_group("arrays", name), view);
+    for (const auto& [name, values] : checkpoint.vectors)
+        file.write(in_group("vectors", name), values);
+    for (const auto& [name, values] : checkpoint.integer_vectors)
+        file.write(in_group("integer_vectors", name), values);
+    if (checkpoint.history) {
+        const HistoryTable& table = *checkpoint.history;
+        const int columns = static_cast<int>(table.columns.size());
+        file.write("history", ArrayView{table.values.data(), static_cast<int>(table.rows()), columns, columns});
+        file.set_attribute("history", "columns", fmt::format("{}", fmt::join(table.columns, ",")));
+        file.set_attribute("history", "offered", table.offered);
+    }
+    file.close();
+    target.commit();
+}
+
+CheckpointReader::CheckpointReader(const std::filesystem::path& path, const std::string& program) : file_(Hdf5File::open(path)) {
+    if (!file_.has_attribute("/", "format") || file_.text_attribute("/", "format") != layout)
+        throw InputError(fmt::format("{}: this is not a checkpoint ('{}'): give --restart the checkpoint.h5 of an earlier run",
+                                     path.string(), layout));
+    const std::string found = file_.text_attribute("/", "program");
+    if (found != program)
+        throw InputError(fmt::format("{}: this checkpoint was written by {}, not by {}: restart it with {}", path.string(), found,
+                                     program, found));
+}
+
+CheckpointReader::CheckpointReader(const std::filesystem::path& path, const std::string& program, int format)
+    : CheckpointReader(path, program) {
+    const std::int64_t found = file_.integer_attribute("/", "program_format");
+    if (found != format)
+        throw InputError(
+            fmt::format("{}: this checkpoint has format {} (written by ductile {}), this program reads format {}: use "
+                        "that version, or start a new run",
+                        path.string(), found, file_.text_attribute("/", "version"), format));
+}
+
+std::string CheckpointReader::config() const { return file_.read_text("config"); }
+
+double CheckpointReader::scalar(const std::string& name) const { return file_.double_attribute("scalars", name); }
+
+std::int64_t CheckpointReader::counter(const std::string& name) const { return file_.integer_attribute("counters", name); }
+
+void CheckpointReader::read_array(const std::string& name, const MutableArrayView& values) const {
+    const std::string object = in_group("arrays", name);
+    if (file_.contains(object)) {
+        const std::vector<std::size_t> found = file_.shape(object);
+        if (found != std::vector{static_cast<std::size_t>(values.rows), static_cast<std::size_t>(values.columns)})
+            throw InputError(fmt::format("{}: the checkpoint's '{}' has {} values (rows x columns), the run has {} x {}: use the "
+                                         "options it was written with, or another checkpoint",
+                                         path().string(), name, fmt::join(found, " x "), values.rows, values.columns));
+    }
+    file_.read(object, values);
+}
+
+std::vector<double> CheckpointReader::vector(const std::string& name) const {
+    return file_.read_doubles(in_group("vectors", name));
+}
+
+std::vector<std::int64_t> CheckpointReader::integer_vector(const std::string& name) const {
+    return file_.read_integers(in_group("integer_vectors", name));
+}
+
+HistoryTable CheckpointReader::history() const {
+    HistoryTable table;
+    if (!file_.contains("history"))
+        return table;
+    const std::vector<std::size_t> shape = file_.shape("history");
+    if (shape.size() != 2)
+        throw InputError(fmt::format("{}: the history is not a table: use another checkpoint", path().string()));
+    std::string names = file_.text_attribute("history", "columns");
+    for (std::size_t begin = 0; begin <= names.size();) {
+        const std::size_t end = std::min(names.find(',', begin), names.size());
+        table.columns.push_back(names.substr(begin, end - begin));
+        begin = end + 1;
+    }
+    table.values.resize(shape[0] * shape[1]);
+    table.offered = file_.integer_attribute("history", "offered");
+    const int columns = static_cast<int>(shape[1]);
+    file_.read("history", {table.values.data(), static_cast<int>(shape[0]), columns, columns});
+    return table;
+}
+
+void CheckpointReader::require_cells(const CellCount& run) const {
+    const std::int64_t x = counter("cells_x"), y = counter("cells_y");
+    if (x != run.x || y != run.y)
+        throw InputError(
+            fmt::format("checkpoint {} holds a grid of {} x {} cells, the run has {} x {}: use --cells {}x{} or another "
+                        "checkpoint",
+                        path().string(), x, y, run.x, run.y, x, y));
+}
+
+} // namespace ductile::io

@@ -1,0 +1,237 @@
+#include <ductile/base/error.hpp>
+#include <ductile/base/threads.hpp>
+#include <ductile/io/program.hpp>
+#include <ductile/io/toml.hpp>
+#include <ductile/io/version.hpp>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <array>
+#include <fstream>
+#include <iterator>
+
+namespace ductile::io {
+namespace {
+
+constexpr const char* general = "General";
+
+const char* name_of(TomlType type) {
+    switch (type) {
+    case TomlType::text:
+        return "a text";
+    case TomlType::integer:
+        return "a whole number";
+    case TomlType::number:
+        return "a number";
+    case TomlType::boolean:
+        return "true or false";
+    case TomlType::array:
+        break;
+    }
+    return "an array";
+}
+
+std::string read_whole(const std::filesystem::path& path) {
+    std::ifstream file(path);
+    std::string text(std::istreambuf_iterator<char>(file), {});
+    if (!file || std::filesystem::is_directory(path))
+        throw InputError(fmt::format("--config {}: the file cannot be read", path.string()));
+    return text;
+}
+
+} // namespace
+
+Program::Program(std::string name, std::string description)
+    : name_(std::move(name)), description_(std::move(description)), app_(std::make_unique<CLI::App>(description_, name_)) {
+    common_.output = std::filesystem::path("out") / name_;
+    common_.threads = thread_count();
+    app_->set_help_flag(); // declared last, with the other general options
+    app_->get_formatter()->column_width(34);
+}
+
+Program::~Program() = default;
+
+CLI::Option* Program::declare(const std::string& flag, Kind kind, const OptionHelp& help, const std::string& allowed, Text text,
+                              const Convert& convert) {
+    const std::string units = help.units.empty() ? "" : fmt::format(" [{}]", help.units);
+    const std::string range = allowed.empty() ? "" : fmt::format("; {}", allowed);
+    const std::string comment = help.meaning + units + range;
+    const auto callback = [flag, convert](const CLI::results_t& results) {
+        try {
+            convert(results.back());
+        } catch (const InputError& error) {
+            throw InputError(fmt::format("{} {}: {}", flag, results.back(), error.what()));
+        }
+        return true;
+    };
+    constexpr std::array<const char*, 6> types = {"NUMBER", "N", "", "TEXT", "N|MxN", "A,B,..."};
+    const std::string standard = text();
+    const std::string shown = fmt::format("{}{}", comment, standard.empty() ? "" : fmt::format(" (default {})", standard));
+    CLI::Option* option = kind == Kind::boolean ? app_->add_flag(flag, shown) : app_->add_option(flag, callback, shown);
+    if (kind == Kind::boolean)
+        option->each([callback](const std::string& word) { callback({word}); });
+    option->option_text(types[static_cast<std::size_t>(kind)])->group(help.group)->take_last();
+    declared_.push_back({flag.substr(2), kind, help.group, comment, std::move(text), option});
+    return option;
+}
+
+void Program::option(const std::string& flag, double& value, const OptionHelp& help) {
+    declare(
+        flag, Kind::number, help, help.allowed.describe(), [&value] { return to_text(value); },
+        [&value, allowed = help.allowed](const std::string& text) { value = parse_number(text, allowed); });
+}
+
+void Program::option(const std::string& flag, int& value, const OptionHelp& help) {
+    const auto convert = [&value, allowed = help.allowed](const std::string& text) {
+        Limits whole = allowed;
+        whole.lowest = std::max(whole.lowest, static_cast<double>(std::numeric_limits<int>::min()));
+        whole.highest = std::min(whole.highest, static_cast<double>(std::numeric_limits<int>::max()));
+        value = static_cast<int>(parse_integer(text, whole));
+    };
+    declare(
+        flag, Kind::integer, help, help.allowed.describe(), [&value] { return fmt::format("{}", value); }, convert);
+}
+
+void Program::option(const std::string& flag, std::int64_t& value, const OptionHelp& help) {
+    declare(
+        flag, Kind::integer, help, help.allowed.describe(), [&value] { return fmt::format("{}", value); },
+        [&value, allowed = help.allowed](const std::string& text) { value = parse_integer(text, allowed); });
+}
+
+void Program::option(const std::string& flag, bool& value, const OptionHelp& help) {
+    const auto convert = [&value](const std::string& text) {
+        if (text != "true" && text != "false")
+            throw InputError("it must be true or false");
+        value = text == "true";
+    };
+    declare(
+        flag, Kind::boolean, help, "", [&value] { return value ? "true" : "false"; }, convert);
+}
+
+void Program::option(const std::string& flag, std::string& value, const OptionHelp& help) {
+    declare(
+        flag, Kind::text, help, "", [&value] { return value; }, [&value](const std::string& text) { value = text; });
+}
+
+void Program::option(const std::string& flag, std::filesystem::path& value, const OptionHelp& help) {
+    declare(
+        flag, Kind::text, help, "", [&value] { return value.string(); }, [&value](const std::string& text) { value = text; })
+        ->option_text("PATH");
+}
+
+void Program::option(const std::string& flag, CellCount& value, const OptionHelp& help) {
+    declare(
+        flag, Kind::cells, help, "N or MxN", [&value] { return to_text(value); },
+        [&value](const std::string& text) { value = parse_cell_count(text); });
+}
+
+void Program::option(const std::string& flag, std::vector<double>& value, const OptionHelp& help) {
+    declare(
+        flag, Kind::number_list, help, help.allowed.describe(), [&value] { return to_text(value); },
+        [&value, allowed = help.allowed](const std::string& text) { value = parse_number_list(text, allowed); });
+}
+
+void Program::choice(const std::string& flag, std::string& value, const std::vector<std::string>& words, const OptionHelp& help) {
+    choose(
+        flag, words, help, [&value] { return value; }, [&value](const std::string& word) { value = word; });
+}
+
+void Program::choose(const std::string& flag, const std::vector<std::string>& words, const OptionHelp& help, Text text,
+                     const Convert& convert) {
+    const std::string all = fmt::format("{}", fmt::join(words, ", "));
+    const auto check = [words, all, convert](const std::string& word) {
+        if (std::ranges::find(words, word) == words.end())
+            throw InputError(fmt::format("it must be one of {}", all));
+        convert(word);
+    };
+    declare(flag, Kind::text, help, "one of " + all, std::move(text), check);
+}
+
+void Program::declare_common() {
+    option("--output", common_.output, {general, "folder for the files of the run; a continued run stays in the checkpoint's"});
+    option("--threads", common_.threads, {general, "number of threads", "", between(1, 4096)});
+    option("--quiet", common_.quiet, {general, "print errors only"});
+    option("--restart", common_.restart, {general, "checkpoint.h5 of an earlier run to go on from, with its options"});
+    option("--checkpoint-every", common_.checkpoint_every_s, {general, "wall time between two checkpoints", "s", positive});
+    const auto set_config = [this](const CLI::results_t& results) {
+        config_file_ = results.back();
+        return true;
+    };
+    app_->add_option("--config", set_config, "TOML file with options; the command line goes before it")
+        ->option_text("FILE")
+        ->take_last()
+        ->group(general);
+    const std::string print_config = "print all options as a TOML file and end";
+    app_->add_flag("--print-config", print_config)->group(general);
+    app_->set_version_flag("--version", fmt::format("{} (ductile) {}", name_, version()), "print the version and end")
+        ->group(general);
+    app_->set_help_flag("-h,--help", "print this help and end")->group(general);
+}
+
+bool Program::parse(int argc, const char* const* argv) {
+    declare_common();
+    try {
+        app_->parse(argc, argv);
+    } catch (const CLI::CallForHelp&) {
+        fmt::print("{}", app_->help());
+        return false;
+    } catch (const CLI::CallForVersion& version_text) {
+        fmt::print("{}\n", version_text.what());
+        return false;
+    } catch (const CLI::ParseError& error) {
+        throw InputError(fmt::format("{}: {} --help lists all options", error.what(), name_));
+    }
+    if (!config_file_.empty())
+        apply_config(read_whole(config_file_), config_file_.string(), {});
+    if (!common_.restart.empty())
+        apply_restart();
+    if (common_.output.empty())
+        throw InputError("--output: it must name a folder");
+    set_thread_count(common_.threads);
+    if (app_->count("--print-config") > 0) {
+        fmt::print("{}", config_text());
+        return false;
+    }
+    return true;
+}
+
+/// Options that already have a value keep it: sources are read from the strongest to the weakest.
+void Program::apply_config(const std::string& text, const std::string& source, const std::vector<std::string>& skipped_keys) {
+    for (const TomlEntry& entry : read_toml(text, source)) {
+        const std::string where = fmt::format("{}, line {}: ", source, entry.line);
+        const auto found = std::ranges::find(declared_, entry.key, &Declared::key);
+        if (found == declared_.end())
+            throw InputError(fmt::format("{}unknown key '{}': {} --print-config lists all keys", where, entry.key, name_));
+        const bool number = entry.type == TomlType::integer || entry.type == TomlType::number;
+        const bool fits[] = {number,
+                             entry.type == TomlType::integer,
+                             entry.type == TomlType::boolean,
+                             entry.type == TomlType::text,
+                             entry.type == TomlType::integer || entry.type == TomlType::text,
+                             (entry.type == TomlType::array && entry.array_of_numbers) || entry.type == TomlType::text};
+        constexpr const char* wanted[] = {"a number",         "a whole number",         "true or false",
+                                          "a text in quotes", "N or \"MxN\" in quotes", "an array of numbers"};
+        const auto kind = static_cast<std::size_t>(found->kind);
+        if (!fits[kind])
+            throw InputError(fmt::format("{}key '{}' must be {}, not {}", where, entry.key, wanted[kind], name_of(entry.type)));
+        if (found->option->count() > 0 || std::ranges::find(skipped_keys, entry.key) != skipped_keys.end())
+            continue;
+        try {
+            found->option->add_result(entry.text);
+            found->option->run_callback();
+        } catch (const InputError& error) {
+            throw InputError(where + error.what());
+        }
+    }
+}
+
+void Program::apply_restart() {
+    const CheckpointReader checkpoint(common_.restart, name_);
+    apply_config(checkpoint.config(), common_.restart.string(), {"restart", "output"});
+    if (std::ranges::find(declared_, "output", &Declared::key)->option->count() == 0)
+        common_.output = common_.restart.has_parent_path() ? common_.restart.parent_path() : ".";
+}
+
+} // namespace ductile::io

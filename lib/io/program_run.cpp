@@ -1,0 +1,140 @@
+#include <ductile/base/error.hpp>
+#include <ductile/io/interrupt.hpp>
+#include <ductile/io/program.hpp>
+#include <ductile/io/toml.hpp>
+#include <ductile/io/version.hpp>
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cstdio>
+#include <new>
+
+namespace ductile::io {
+
+std::string Program::toml_value(const Declared& declared) const {
+    const std::string text = declared.text();
+    switch (declared.kind) {
+    case Kind::text:
+        return toml_quoted(text);
+    case Kind::cells:
+        return text.find('x') == text.npos ? text : toml_quoted(text);
+    case Kind::number_list:
+        return fmt::format("[{}]", text);
+    case Kind::number:
+    case Kind::integer:
+    case Kind::boolean:
+        break;
+    }
+    return text;
+}
+
+std::string Program::config_text() const {
+    std::string text =
+        fmt::format("# {}: {}\n# All options with their values; written by ductile {}.\n", name_, description_, version());
+    std::vector<std::string> groups;
+    for (const Declared& declared : declared_)
+        if (std::ranges::find(groups, declared.group) == groups.end())
+            groups.push_back(declared.group);
+    for (const std::string& group : groups) {
+        text += fmt::format("\n# --- {} ---\n", group);
+        for (const Declared& declared : declared_)
+            if (declared.group == group)
+                text += fmt::format("\n# {}\n{} = {}\n", declared.comment, declared.key, toml_value(declared));
+    }
+    return text;
+}
+
+nlohmann::ordered_json Program::parameters() const {
+    nlohmann::ordered_json json = nlohmann::ordered_json::object();
+    for (const Declared& declared : declared_) {
+        const std::string text = declared.text();
+        switch (declared.kind) {
+        case Kind::number:
+            json[declared.key] = parse_number(text);
+            break;
+        case Kind::integer:
+            json[declared.key] = parse_integer(text);
+            break;
+        case Kind::boolean:
+            json[declared.key] = text == "true";
+            break;
+        case Kind::number_list:
+            json[declared.key] = parse_number_list(text);
+            break;
+        case Kind::text:
+        case Kind::cells:
+            json[declared.key] = text;
+            break;
+        }
+    }
+    return json;
+}
+
+std::optional<CheckpointReader> Program::open_restart(int format) const {
+    if (common_.restart.empty())
+        return std::nullopt;
+    return CheckpointReader(common_.restart, name_, format);
+}
+
+void Program::say(const std::string& text) const {
+    if (common_.quiet)
+        return;
+    fmt::print("{}", text);
+    std::fflush(stdout);
+}
+
+int Program::run(const std::function<RunStatus(const OutputFolder&, RunSummary&)>& body) const {
+    install_signal_handlers();
+    const OutputFolder folder(common_.output, common_.restart);
+    if (folder.earlier_run_moved_to())
+        say(fmt::format("{} held an earlier run, which is now in {}\n", folder.path().string(),
+                        folder.earlier_run_moved_to()->string()));
+    RunSummary summary;
+    summary.program = name_;
+    summary.version = version();
+    summary.parameters = parameters();
+    const auto start = std::chrono::steady_clock::now();
+    const auto write = [&] {
+        summary.wall_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+        summary.peak_memory_bytes = peak_memory_bytes();
+        write_summary(folder.summary(), summary);
+    };
+    try {
+        summary.status = body(folder, summary);
+    } catch (const std::exception& error) {
+        summary.status = RunStatus::failed;
+        summary.reason = error.what();
+        try {
+            write();
+        } catch (const Error&) {
+            // The failure that ended the run is the one to tell.
+        }
+        throw;
+    }
+    write();
+    say(fmt::format("\n{}", describe(summary, folder.path())));
+    return summary.status == RunStatus::interrupted ? interrupted_exit_status : 0;
+}
+
+int run_main(const std::function<int()>& body) {
+    const auto report = [](const std::string& message, int status) {
+        std::fflush(stdout);
+        fmt::print(stderr, "error: {}\n", message);
+        return status;
+    };
+    try {
+        const int status = body();
+        if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
+            return report("cannot write to the standard output", 1);
+        return status;
+    } catch (const Error& error) {
+        return report(error.what(), error.exit_status());
+    } catch (const std::bad_alloc&) {
+        return report("there is not enough memory: use fewer cells or particles", 1);
+    } catch (const std::exception& error) {
+        return report(error.what(), 1);
+    }
+}
+
+} // namespace ductile::io

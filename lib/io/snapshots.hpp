@@ -1,0 +1,80 @@
+#pragma once
+#include <ductile/io/array_view.hpp>
+#include <ductile/io/hdf5.hpp>
+#include <ductile/io/xdmf.hpp>
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace ductile::io {
+
+/// The rectangle that snapshots are drawn on: cells_x x cells_y equal cells; corner (0, 0) lies at (left_m, bottom_m).
+struct SnapshotGrid {
+    int cells_x = 0;
+    int cells_y = 0;
+    double width_m = 0.0;
+    double height_m = 0.0;
+    double left_m = 0.0;
+    double bottom_m = 0.0;
+};
+
+enum class Centring { cell, corner };
+
+/// One field of a snapshot; the file holds values * scale + offset in the stated SI units.
+/// Shape of the view: cells_y x cells_x at cells; (cells_y + 1) x (cells_x + 1) at corners, or one column less on a grid that
+/// is periodic in x: the writer then repeats the first column.
+struct SnapshotField {
+    std::string name;
+    std::string units;
+    Centring centring = Centring::cell;
+    ArrayView values;
+    double scale = 1.0;
+    double offset = 0.0;
+};
+
+/// Snapshots a continued run starts with: those of an earlier fields.h5 (or of its .partial form, which goes first) up to a time.
+struct EarlierSnapshots {
+    std::filesystem::path fields; ///< the earlier run's fields.h5
+    double until_s = 0.0;         ///< time of the checkpoint; later snapshots are left out
+};
+
+/// Writes `fields.h5` ("ductile fields 1") and, for ParaView, `fields.xdmf` beside it.
+///
+/// While running the file is `fields.h5.partial`; it is complete and closed between two snapshots, so that others may read it
+/// and a killed run leaves it behind. finish() (or the destructor) gives it its final name.
+class SnapshotWriter {
+public:
+    /// Throws RunError when the file cannot be made, InputError when the earlier snapshots are unreadable or on another grid.
+    SnapshotWriter(std::filesystem::path fields, std::string program, const SnapshotGrid& grid,
+                   const std::optional<EarlierSnapshots>& earlier = {});
+    ~SnapshotWriter();
+    SnapshotWriter(const SnapshotWriter&) = delete;
+    SnapshotWriter& operator=(const SnapshotWriter&) = delete;
+
+    /// Adds a snapshot. Space is reserved first: a full disk is a RunError that says how much is missing, and the
+    /// snapshots before stay intact.
+    void write(double time_s, std::int64_t step, std::span<const SnapshotField> fields);
+
+    /// Renames to the final name and points the XDMF file there. Harmless when repeated.
+    void finish();
+
+    /// Times of the snapshots in the file, earlier ones included [s].
+    [[nodiscard]] std::vector<double> times() const;
+
+private:
+    void copy(const EarlierSnapshots& earlier, Hdf5File& file);
+    void reserve(std::size_t bytes) const;
+    void write_xdmf_file(const std::filesystem::path& data) const;
+
+    std::filesystem::path final_, partial_;
+    std::string program_;
+    SnapshotGrid grid_;
+    std::vector<XdmfSnapshot> snapshots_;
+    bool finished_ = false;
+};
+
+} // namespace ductile::io

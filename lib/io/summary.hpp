@@ -1,0 +1,44 @@
+#pragma once
+#include <nlohmann/json.hpp>
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace ductile::io {
+
+enum class RunStatus { completed, interrupted, failed };
+
+/// What a run did; the content of summary.json. Counts that a scene does not have stay zero.
+struct RunSummary {
+    std::string program;
+    std::string version;
+    nlohmann::ordered_json parameters;
+    RunStatus status = RunStatus::completed;
+    std::string reason; ///< why a run failed
+    std::int64_t steps = 0;
+    std::int64_t rejected_steps = 0;
+    std::int64_t elliptic_solves = 0;
+    std::int64_t pointwise_substeps = 0;
+    std::int64_t newton_iterations = 0;
+    std::int64_t linear_iterations = 0;
+    std::int64_t residual_evaluations = 0;
+    std::int64_t jacobian_products = 0;
+    double wall_seconds = 0.0;
+    std::vector<std::pair<std::string, double>> phase_seconds; ///< in the order of printing
+    std::int64_t peak_memory_bytes = 0;
+    nlohmann::ordered_json extra = nlohmann::ordered_json::object(); ///< what only this scene knows; keys carry units
+};
+
+[[nodiscard]] nlohmann::ordered_json to_json(const RunSummary& summary);
+/// Throws RunError; an earlier file then stays as it was.
+void write_summary(const std::filesystem::path& path, const RunSummary& summary);
+/// The lines for the end of a run: what it did, where its time went, which files are in the folder.
+[[nodiscard]] std::string describe(const RunSummary& summary, const std::filesystem::path& folder);
+
+/// The largest memory this process has held so far.
+[[nodiscard]] std::int64_t peak_memory_bytes();
+
+} // namespace ductile::io

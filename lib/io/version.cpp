@@ -1,0 +1,7 @@
+#include <ductile/io/version.hpp>
+
+namespace ductile::io {
+
+std::string version() { return DUCTILE_VERSION; }
+
+} // namespace ductile::io

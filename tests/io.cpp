@@ -1,0 +1,262 @@
+#include "io_scratch.hpp"
+
+#include <ductile/io/atomic_file.hpp>
+#include <ductile/io/checkpoint.hpp>
+#include <ductile/io/hdf5.hpp>
+#include <ductile/io/output_folder.hpp>
+
+#include <doctest/doctest.h>
+
+#include <bit>
+#include <cstdint>
+#include <limits>
+#include <numeric>
+#include <vector>
+
+using namespace ductile;
+using namespace ductile::io;
+using scratch::has;
+using scratch::message;
+namespace fs = std::filesystem;
+
+namespace {
+
+/// A padded array: rows x columns values of its own at the beginning of rows of `stride` values.
+struct Padded {
+    Padded(int rows, int columns, int stride)
+        : values(static_cast<std::size_t>(rows * stride)), view_{nullptr, rows, columns, stride} {
+        std::iota(values.begin(), values.end(), 1.0);
+    }
+    MutableArrayView view() { return {values.data(), view_.rows, view_.columns, view_.stride}; }
+    std::vector<double> values;
+
+private:
+    MutableArrayView view_;
+};
+
+Checkpoint small_checkpoint(const ArrayView& array) {
+    return {.program = "shear_band",
+            .format = 3,
+            .config = "dt = 0.5\n",
+            .scalars = {{"time_s", 1.25}},
+            .counters = {{"step", 7}, {"cells_x", 128}, {"cells_y", 64}},
+            .arrays = {{"stress/p", array}},
+            .vectors = {},
+            .integer_vectors = {},
+            .history = nullptr};
+}
+
+} // namespace
+
+TEST_SUITE_BEGIN("io");
+
+TEST_CASE("HDF5 datasets come back from and to padded views, and padding is left alone") {
+    const scratch::Folder folder;
+    Padded written(3, 5, 8), read(3, 5, 6);
+    const std::vector<double> before = read.values;
+    const std::vector<std::int64_t> integers = {1, -2, std::numeric_limits<std::int64_t>::max()};
+    {
+        Hdf5File file = Hdf5File::create(folder / "a.h5");
+        file.write("deep/group/array", written.view());
+        file.write("integers", integers);
+        file.write("text", std::string("τ = 1"));
+        file.set_attribute("deep", "units", std::string("Pa"));
+        file.set_attribute("/", "half", 0.5);
+        file.close();
+    }
+    const Hdf5File file = Hdf5File::open(folder / "a.h5");
+    file.read("deep/group/array", read.view());
+    for (int j = 0; j < 3; ++j)
+        for (int i = 0; i < 6; ++i)
+            CHECK(read.view().row(j)[i] == (i < 5 ? written.view().row(j)[i] : before[static_cast<std::size_t>(6 * j + i)]));
+    CHECK(file.read_integers("integers") == integers);
+    CHECK(file.read_text("text") == "τ = 1");
+    CHECK(file.text_attribute("deep", "units") == "Pa");
+    CHECK(file.double_attribute("/", "half") == 0.5);
+    CHECK(file.members("/") == std::vector<std::string>{"deep", "integers", "text"});
+}
+
+TEST_CASE("HDF5 writing converts units and repeats the periodic column, also in several batches of rows") {
+    const scratch::Folder folder;
+    const int rows = 700, columns = 511;
+    Padded written(rows, columns, 520), read(rows, columns + 1, columns + 1);
+    Hdf5File file = Hdf5File::create(folder / "a.h5");
+    file.write("array", written.view(), {.scale = 2.0, .offset = 1.0, .repeat_first_column = true});
+    file.read("array", read.view());
+    bool right = true;
+    for (int j = 0; j < rows; ++j)
+        for (int i = 0; i <= columns; ++i)
+            right &= read.view().row(j)[i] == 2.0 * written.view().row(j)[i % columns] + 1.0;
+    CHECK(right);
+}
+
+TEST_CASE("reading what is not there or not right is an InputError that names file and object") {
+    const scratch::Folder folder;
+    Padded array(3, 5, 5), wrong(5, 3, 3);
+    Hdf5File made = Hdf5File::create(folder / "a.h5");
+    made.write("array", array.view());
+    made.close();
+
+    const Hdf5File file = Hdf5File::open(folder / "a.h5");
+    CHECK(has(message<InputError>([&] { file.read("none", array.view()); }), "a.h5: 'none' is missing"));
+    CHECK(has(message<InputError>([&] { file.read("array", wrong.view()); }), "'array' is 3 x 5 values, expected 5 x 3"));
+    CHECK(has(message<InputError>([&] { (void)file.read_doubles("array"); }), "'array' has 2 dimensions, expected 1"));
+    CHECK(has(message<InputError>([&] { (void)file.read_text("array"); }), "cannot read 'array' as text"));
+    CHECK(has(message<InputError>([&] { (void)file.double_attribute("array", "units"); }),
+              "attribute 'units' of 'array' is missing"));
+    CHECK(has(message<InputError>([&] { (void)file.members("array"); }), "group 'array' is missing"));
+
+    CHECK(has(message<InputError>([&] { (void)Hdf5File::open(folder / "b.h5"); }), "b.h5: there is no such file"));
+    scratch::write(folder / "text.h5", "this is text, and long enough to be looked at twice");
+    CHECK(has(message<InputError>([&] { (void)Hdf5File::open(folder / "text.h5"); }), "not an HDF5 file"));
+    fs::copy_file(folder / "a.h5", folder / "short.h5");
+    fs::resize_file(folder / "short.h5", fs::file_size(folder / "a.h5") / 2);
+    CHECK(has(message<InputError>([&] { (void)Hdf5File::open(folder / "short.h5"); }), "truncated"));
+}
+
+TEST_CASE("HDF5 writing without room or folder is a RunError") {
+    const scratch::Folder folder;
+    CHECK(has(message<RunError>([&] { (void)Hdf5File::create(folder / "none/a.h5"); }), "cannot write a new file"));
+    Padded array(100, 100, 100);
+    Hdf5File file = Hdf5File::create(folder / "a.h5");
+    const scratch::FileSizeLimit limit(4096);
+    CHECK(has(message<RunError>([&] {
+                  file.write("array", array.view());
+                  file.close();
+              }),
+              "a.h5: cannot write"));
+}
+
+TEST_CASE("a full disk that shows only when the file is closed is a RunError, too") {
+    const scratch::Folder folder;
+    Hdf5File file = Hdf5File::create(folder / "a.h5");
+    for (int i = 0; i < 50; ++i)
+        file.create_group("group" + std::to_string(i));
+    const scratch::FileSizeLimit limit(4096);
+    CHECK(has(message<RunError>([&] { file.close(); }), "a.h5: cannot write the file"));
+}
+
+TEST_CASE("an atomic file replaces the earlier one whole or not at all") {
+    const scratch::Folder folder;
+    write_text_atomically(folder / "a.txt", "first");
+    write_text_atomically(folder / "a.txt", "second");
+    CHECK(scratch::read(folder / "a.txt") == "second");
+    {
+        const AtomicFile abandoned(folder / "a.txt");
+        scratch::write(abandoned.temporary_path(), "third");
+    }
+    {
+        const scratch::FileSizeLimit limit(1000);
+        CHECK(has(message<RunError>([&] { write_text_atomically(folder / "a.txt", std::string(5000, 'x')); }),
+                  "a.txt: cannot write"));
+    }
+    CHECK(scratch::read(folder / "a.txt") == "second");
+    CHECK_FALSE(fs::exists(folder / "a.txt.tmp"));
+}
+
+TEST_CASE("a new run moves an earlier one aside, a continued run stays") {
+    const scratch::Folder folder;
+    const fs::path out = folder / "deep/out";
+    { CHECK_FALSE(OutputFolder(out).earlier_run_moved_to()); }
+    { CHECK_FALSE(OutputFolder(out).earlier_run_moved_to()); } // empty: nothing to keep
+    for (const char* file : {"summary.json", "history.csv.partial"}) {
+        scratch::write(out / file, "earlier");
+        const OutputFolder second(out.string() + "/");
+        REQUIRE(second.earlier_run_moved_to());
+        CHECK(scratch::read(*second.earlier_run_moved_to() / file) == "earlier");
+        CHECK(fs::is_empty(out));
+    }
+    CHECK(fs::exists(folder / "deep/out.1/summary.json"));
+    CHECK(fs::exists(folder / "deep/out.2/history.csv.partial"));
+
+    scratch::write(out / "checkpoint.h5", "checkpoint");
+    {
+        const OutputFolder continued(out, out / "checkpoint.h5");
+        CHECK(continued.continued());
+        CHECK(fs::exists(continued.checkpoint()));
+    }
+    fs::create_directory(out / "old");
+    scratch::write(out / "old/checkpoint.h5", "checkpoint");
+    CHECK(has(message<InputError>([&] { OutputFolder(out, out / "old/checkpoint.h5"); }), "together with the checkpoint"));
+}
+
+TEST_CASE("an impossible output folder is an InputError that names it") {
+    const scratch::Folder folder;
+    scratch::write(folder / "file", "");
+    CHECK(has(message<InputError>([&] { OutputFolder(folder / "file"); }), "file: this is not a folder"));
+    CHECK(has(message<InputError>([&] { OutputFolder(folder / "file/below"); }), "file/below: cannot be made"));
+    CHECK(has(message<InputError>([&] { OutputFolder("/proc/ductile"); }), "/proc/ductile: cannot be made"));
+    CHECK(has(message<InputError>([&] { OutputFolder("/proc"); }), "/proc: files cannot be written there"));
+    const OutputFolder busy(folder / "out");
+    CHECK(has(message<InputError>([&] { OutputFolder(folder / "out"); }), "another run is writing there"));
+}
+
+TEST_CASE("a checkpoint gives every bit back") {
+    const scratch::Folder folder;
+    Padded array(4, 3, 8), back(4, 3, 3);
+    array.values[0] = -0.0;
+    array.values[1] = std::numeric_limits<double>::denorm_min();
+    array.values[2] = std::bit_cast<double>(0x7ff4'0000'dead'beefULL); // a signalling NaN with a payload
+    const std::vector<double> vector = {array.values[2], array.values[0]};
+    const std::vector<std::int64_t> integers = {5, -5};
+    const HistoryTable table{.columns = {"time_s", "stress_Pa"}, .values = {0.0, 1.0, 0.5, array.values[2]}, .offered = 11};
+    Checkpoint checkpoint = small_checkpoint(array.view());
+    checkpoint.scalars["quiet nan"] = std::bit_cast<double>(0x7ff8'0000'0000'0123ULL);
+    checkpoint.vectors = {{"x", vector}};
+    checkpoint.integer_vectors = {{"cell", integers}};
+    checkpoint.history = &table;
+    write_checkpoint(folder / "c.h5", checkpoint);
+
+    const CheckpointReader reader(folder / "c.h5", "shear_band", 3);
+    reader.read_array("stress/p", back.view());
+    const auto bits = [](double value) { return std::bit_cast<std::uint64_t>(value); };
+    for (int j = 0; j < 4; ++j)
+        for (int i = 0; i < 3; ++i)
+            CHECK(bits(back.view().row(j)[i]) == bits(array.view().row(j)[i]));
+    CHECK(bits(reader.scalar("quiet nan")) == 0x7ff8'0000'0000'0123ULL);
+    CHECK(bits(reader.vector("x")[0]) == bits(vector[0]));
+    CHECK(bits(reader.vector("x")[1]) == bits(-0.0));
+    CHECK(reader.integer_vector("cell") == integers);
+    CHECK(reader.config() == "dt = 0.5\n");
+    CHECK(reader.counter("step") == 7);
+    CHECK(reader.history().columns == table.columns);
+    CHECK(reader.history().offered == 11);
+    CHECK(bits(reader.history().values[3]) == bits(table.values[3]));
+}
+
+TEST_CASE("a checkpoint that does not fit says what, where and what to do") {
+    const scratch::Folder folder;
+    Padded array(4, 3, 3), wrong(3, 4, 4);
+    const fs::path path = folder / "c.h5";
+    write_checkpoint(path, small_checkpoint(array.view()));
+    CHECK(has(message<InputError>([&] { CheckpointReader(path, "upsetting", 3); }), "written by shear_band, not by upsetting"));
+    CHECK(has(message<InputError>([&] { CheckpointReader(path, "shear_band", 4); }), "has format 3"));
+    const CheckpointReader reader(path, "shear_band", 3);
+    CHECK(has(message<InputError>([&] { reader.read_array("stress/p", wrong.view()); }), "'stress/p' has 4 x 3 values"));
+    CHECK(has(message<InputError>([&] { reader.read_array("stress/q", wrong.view()); }), "'arrays/stress/q' is missing"));
+    CHECK(has(message<InputError>([&] { (void)reader.scalar("dt"); }), "attribute 'dt' of 'scalars' is missing"));
+    CHECK(has(message<InputError>([&] {
+                  reader.require_cells({64, 64});
+              }),
+              "holds a grid of 128 x 64 cells, the run has 64 x 64: use --cells 128x64"));
+    CHECK(reader.history().columns.empty());
+    Hdf5File other = Hdf5File::create(folder / "other.h5");
+    other.close();
+    CHECK(has(message<InputError>([&] { CheckpointReader(folder / "other.h5", "shear_band", 3); }), "this is not a checkpoint"));
+}
+
+TEST_CASE("a checkpoint that cannot be written leaves the earlier one intact") {
+    const scratch::Folder folder;
+    Padded array(100, 100, 100);
+    write_checkpoint(folder / "c.h5", small_checkpoint(array.view()));
+    const std::string before = scratch::read(folder / "c.h5");
+    for (const rlim_t bytes : {0, 1000, 20'000, 79'000}) {
+        const scratch::FileSizeLimit limit(bytes);
+        CHECK(has(message<RunError>([&] { write_checkpoint(folder / "c.h5", small_checkpoint(array.view())); }), "cannot write"));
+    }
+    CHECK(scratch::read(folder / "c.h5") == before);
+    CHECK_FALSE(fs::exists(folder / "c.h5.tmp"));
+    write_checkpoint(folder / "c.h5", small_checkpoint(array.view())); // and the next one succeeds
+}
+
+TEST_SUITE_END();
