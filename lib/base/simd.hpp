@@ -90,6 +90,8 @@ public:
         return {scale(x.a_), scale(x.b_)};
     }
     [[nodiscard, gnu::always_inline]] friend double sum_of(const Pack &x) { return reduce(x.a_ + x.b_); }
+    [[nodiscard, gnu::always_inline]] friend double largest_of(const Pack &x) { return hmax(max(x.a_, x.b_)); }
+    [[nodiscard, gnu::always_inline]] friend double smallest_of(const Pack &x) { return hmin(min(x.a_, x.b_)); }
     [[nodiscard, gnu::always_inline]] double operator[](int lane) const {
         return lane < register_size ? double(a_[static_cast<std::size_t>(lane)])
                                     : double(b_[static_cast<std::size_t>(lane - register_size)]);

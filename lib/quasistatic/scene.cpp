@@ -38,34 +38,53 @@ void add_affine_velocity(const Grid &grid, const WallVelocity &change, VectorFie
     }
 }
 
+namespace {
+
+struct RowSums {
+    double tau = 0.0, yy = 0.0, magnitude = 0.0, largest = 0.0;
+    double smallest_internal = std::numeric_limits<double>::infinity();
+    double largest_internal = -std::numeric_limits<double>::infinity();
+    long long plastic = 0;
+};
+
+template <PlasticityModel M> RowSums observe_row(const M &model, const CellState &cells, int j) {
+    const double *p = cells.stress.p.row(j), *s = cells.stress.s.row(j), *tau = cells.stress.tau.row(j);
+    const double *q = cells.stress.q.row(j), *internal = cells.internal.row(j);
+    const Pack columns(static_cast<double>(cells.internal.columns()));
+    RowSums sums;
+    Pack tau_sum(0.0), yy_sum(0.0), magnitude_sum(0.0), largest(0.0);
+    Pack smallest_internal(sums.smallest_internal), largest_internal(sums.largest_internal);
+    for (int i = 0; i < cells.internal.columns(); i += pack_size) {
+        const Pack::Mask real = Pack::counting_from(i) < columns; // lanes beyond the last column hold copies
+        const Pack si = load(s + i), ti = load(tau + i), qi = load(q + i), ci = load(internal + i);
+        const Pack sbar = square_root(si * si + ti * ti + Pack(3.0) * (qi * qi));
+        tau_sum = tau_sum + select(real, ti, Pack(0.0));
+        yy_sum = yy_sum - select(real, load(p + i) + si + qi, Pack(0.0));
+        magnitude_sum = magnitude_sum + select(real, sbar, Pack(0.0));
+        largest = maximum(largest, sbar);
+        smallest_internal = minimum(smallest_internal, ci);
+        largest_internal = maximum(largest_internal, ci);
+        sums.plastic += count_of(real && sbar >= model.yield_stress(ci));
+    }
+    sums.tau = sum_of(tau_sum);
+    sums.yy = sum_of(yy_sum);
+    sums.magnitude = sum_of(magnitude_sum);
+    sums.largest = largest_of(largest);
+    sums.smallest_internal = smallest_of(smallest_internal);
+    sums.largest_internal = largest_of(largest_internal);
+    return sums;
+}
+
+} // namespace
+
 Observables observe(const Scene &scene, const CellState &cells) {
-    struct RowSums {
-        double tau = 0.0, yy = 0.0, magnitude = 0.0, largest = 0.0;
-        double smallest_internal = std::numeric_limits<double>::infinity();
-        double largest_internal = -std::numeric_limits<double>::infinity();
-        long long plastic = 0;
-    };
     const Grid &grid = scene.grid;
     std::vector<RowSums> rows(static_cast<std::size_t>(grid.cells_y));
     std::visit(
         [&](const auto &model) {
 #pragma omp parallel for schedule(static)
-            for (int j = 0; j < grid.cells_y; ++j) {
-                RowSums sums;
-                const double *p = cells.stress.p.row(j), *s = cells.stress.s.row(j), *tau = cells.stress.tau.row(j);
-                const double *q = cells.stress.q.row(j), *internal = cells.internal.row(j);
-                for (int i = 0; i < grid.cells_x; ++i) {
-                    const double sbar = std::sqrt(s[i] * s[i] + tau[i] * tau[i] + 3.0 * q[i] * q[i]);
-                    sums.tau += tau[i];
-                    sums.yy -= p[i] + s[i] + q[i];
-                    sums.magnitude += sbar;
-                    sums.largest = std::max(sums.largest, sbar);
-                    sums.smallest_internal = std::min(sums.smallest_internal, internal[i]);
-                    sums.largest_internal = std::max(sums.largest_internal, internal[i]);
-                    sums.plastic += sbar >= model.yield_stress(internal[i]);
-                }
-                rows[static_cast<std::size_t>(j)] = sums;
-            }
+            for (int j = 0; j < grid.cells_y; ++j)
+                rows[static_cast<std::size_t>(j)] = observe_row(model, cells, j);
         },
         scene.plasticity);
 

@@ -33,10 +33,10 @@ StepControl::StepControl(const Grid &grid, const AdaptiveStepOptions &adaptive, 
 StepControl::Step StepControl::next(double time, double target) const {
     const double left = target - time;
     if (planned_ >= left * (1.0 - 1e-6)) // a sliver of a step is worth less than a step longer by a millionth
-        return {.dt = left, .lands = true, .limit = planned_ > left * (1.0 + 1e-6) ? StepLimit::output : limit_};
+        return {.dt = left, .end = target, .lands = true, .limit = planned_ > left * (1.0 + 1e-6) ? StepLimit::output : limit_};
     if (adaptive_ && planned_ > 0.5 * left)
-        return {.dt = 0.5 * left, .limit = StepLimit::output};
-    return {.dt = planned_, .limit = limit_};
+        return {.dt = 0.5 * left, .end = time + 0.5 * left, .limit = StepLimit::output};
+    return {.dt = planned_, .end = time + planned_, .limit = limit_};
 }
 
 void StepControl::update(const Step &step, double projection_measure) {

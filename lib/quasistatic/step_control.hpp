@@ -37,7 +37,8 @@ public:
 
     struct Step {
         double dt = 0.0;
-        bool lands = false; ///< the step ends on the target: set the time to it instead of adding dt
+        double end = 0.0;   ///< time after the step: the target itself where the step lands on it
+        bool lands = false; ///< the step ends on the target
         StepLimit limit = StepLimit::fixed;
     };
     /// The next step from `time` towards `target` > time.

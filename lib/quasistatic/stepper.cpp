@@ -31,10 +31,10 @@ ProjectionStepper::ProjectionStepper(const Scene &scene, Predictor predictor, st
     : scene_(scene), predictor_(predictor), solver_(std::move(solver)), projection_(scene, *solver_), state_(std::move(state)),
       next_(scene.grid), correction_(corner_field(scene.grid)) {}
 
-StepReport ProjectionStepper::step(double dt, const Rk21Options &options) {
+StepReport ProjectionStepper::step(double dt, double end, const Rk21Options &options) {
     Timer timer;
     const int top = scene_.grid.cells_y;
-    const WallVelocity wall = scene_.walls.mean(state_.time, state_.time + dt);
+    const WallVelocity wall = scene_.walls.mean(state_.time, end);
     const WallVelocity change{wall.u - state_.velocity.u(0, top), wall.v - state_.velocity.v(0, top)};
     if (change != WallVelocity{})
         add_affine_velocity(scene_.grid, change, state_.velocity);
@@ -66,7 +66,7 @@ StepReport ProjectionStepper::step(double dt, const Rk21Options &options) {
         add_affine_velocity(scene_.grid, wall, correction_);
     std::swap(state_.cells, next_);
     std::swap(state_.velocity, correction_);
-    state_.time += dt;
+    state_.time = end;
     ++state_.step;
     velocity_seconds_ += timer.lap();
     return report;

@@ -1,0 +1,225 @@
+#include <ductile/base/error.hpp>
+#include <ductile/quasistatic/options.hpp>
+
+#include <cmath>
+#include <fmt/format.h>
+
+namespace ductile::quasistatic {
+
+namespace {
+
+/// Half the height: the L of the paper, whose domain is [-L, L]^2.
+double length_unit(const Options &o) { return 0.5 * o.height; }
+
+Units natural_units(const Options &o) {
+    Units units;
+    units.length = length_unit(o);
+    units.stress = o.yield_stress;
+    units.temperature = o.plasticity == PlasticityChoice::stz ? o.stz.formation_temperature : 1.0;
+    return units;
+}
+
+void declare_domain(io::Program &program, Options &o) {
+    const auto help = [](std::string meaning, std::string units = {}, io::Limits allowed = io::any_number) {
+        return io::OptionHelp{"Domain", std::move(meaning), std::move(units), allowed};
+    };
+    program.option("--cells", o.cells, help("cells in x and y: N for both, or MxN"));
+    program.option("--width", o.width, help("extent in x, the periodic direction", "m", io::positive));
+    program.option("--height", o.height, help("distance of the walls", "m", io::positive));
+    program.option("--wall-velocity", o.wall_velocity, help("velocity of the upper wall; the lower one moves oppositely", "m/s"));
+    program.option("--wall-history", o.wall_history,
+                   help("piecewise-linear velocity of the upper wall instead: knots time:u or time:u:v, separated by commas; u "
+                        "shears, v opens; two knots at one time are a jump",
+                        "s, m/s"));
+}
+
+void declare_material(io::Program &program, Options &o) {
+    const auto help = [](std::string meaning, std::string units = {}, io::Limits allowed = io::positive) {
+        return io::OptionHelp{"Material", std::move(meaning), std::move(units), allowed};
+    };
+    program.option("--bulk-modulus", o.elasticity.bulk_modulus, help("bulk modulus K", "Pa"));
+    program.option("--shear-modulus", o.elasticity.shear_modulus, help("shear modulus mu", "Pa"));
+    program.choice("--plasticity", o.plasticity, {{"stz", PlasticityChoice::stz}, {"perzyna", PlasticityChoice::perzyna}},
+                   help("shear transformation zones, or rate-dependent von Mises (Perzyna)"));
+    program.option("--yield-stress", o.yield_stress, help("yield stress of |sigma_0| = sqrt(s^2 + tau^2 + 3 q^2)", "Pa"));
+    program.option("--stz-molecular-time", o.stz.molecular_time, help("STZ: tau_0", "s"));
+    program.option("--stz-local-strain", o.stz.local_strain, help("STZ: epsilon_0"));
+    program.option("--stz-heat-capacity", o.stz.heat_capacity, help("STZ: c_0"));
+    program.option("--stz-activation-barrier", o.stz.activation_barrier, help("STZ: Delta/k_B", "K"));
+    program.option("--stz-activation-volume", o.stz.activation_volume, help("STZ: zeta", "m^3"));
+    program.option("--stz-bath-temperature", o.stz.bath_temperature, help("STZ: T", "K"));
+    program.option("--stz-steady-temperature", o.stz.steady_temperature, help("STZ: chi_inf", "K"));
+    program.option("--stz-formation-temperature", o.stz.formation_temperature, help("STZ: e_Z/k_B", "K"));
+    program.option("--perzyna-hardening", o.perzyna.hardening_modulus,
+                   help("Perzyna: rise of the yield stress with plastic strain", "Pa", io::not_negative));
+    program.option("--perzyna-rate", o.perzyna.reference_rate, help("Perzyna: D_0 in D^pl = D_0 (sbar/Y - 1)^n", "1/s"));
+    program.option("--perzyna-exponent", o.perzyna.overstress_exponent, help("Perzyna: n", "", io::between(1, 100)));
+    program.choice("--model", o.model, {{"full", Model::full}, {"reduced", Model::reduced}},
+                   help("with or without advection and spin"));
+}
+
+void declare_initial(io::Program &program, Options &o) {
+    const auto help = [](std::string meaning, std::string units = {}, io::Limits allowed = io::any_number) {
+        return io::OptionHelp{"Initial effective temperature (or plastic strain)", std::move(meaning), std::move(units), allowed};
+    };
+    program.choice("--initial", o.initial,
+                   {{"paper", InitialChoice::paper},
+                    {"uniform", InitialChoice::uniform},
+                    {"gaussian", InitialChoice::gaussian},
+                    {"random", InitialChoice::random}},
+                   help("Lu & Rycroft's App. C, a constant, a Gaussian inclusion, or a smooth random field"));
+    program.option("--initial-base", o.initial_base, help("T_base, constant, background or mean", "K, or 1 for Perzyna"));
+    program.option("--initial-amplitude", o.initial_amplitude,
+                   help("Delta T, height of the inclusion or standard deviation", "K, or 1 for Perzyna"));
+    program.option("--initial-x", o.initial_x, help("centre of the inclusion; the origin is the middle of the domain", "m"));
+    program.option("--initial-y", o.initial_y, help("centre of the inclusion", "m"));
+    program.option("--initial-length", o.initial_length,
+                   help("radius of the inclusion or correlation length", "m", io::positive));
+    program.option("--initial-seed", o.initial_seed, help("seed of the random field", "", io::not_negative));
+}
+
+void declare_time(io::Program &program, Options &o) {
+    const auto help = [](std::string meaning, std::string units = {}, io::Limits allowed = io::positive) {
+        return io::OptionHelp{"Time integration", std::move(meaning), std::move(units), allowed};
+    };
+    program.choice("--scheme", o.scheme,
+                   {{"euler", Predictor::euler}, {"substepped", Predictor::substepped}, {"incremental", Predictor::incremental}},
+                   help("first-order projection with forward Euler or substepped plasticity, or second-order incremental"));
+    program.choice("--step", o.step, {{"fixed", StepChoice::fixed}, {"adaptive", StepChoice::adaptive}},
+                   help("fixed steps, or adaptive ones by the size of the projection"));
+    program.option("--dt", o.dt, help("fixed step: a positive number, or auto for the paper's 0.5e4 t_s h/L", "s"));
+    program.option("--tolerance", o.adaptive.tolerance, help("adaptive: F_Q, the projection is held near F_Q (h/L)^2"));
+    program.option("--dt-start", o.adaptive.first_step, help("adaptive: first step", "s"));
+    program.option("--dt-min", o.adaptive.smallest_step, help("adaptive: smallest step", "s"));
+    program.option("--dt-max", o.adaptive.largest_step, help("adaptive: largest step", "s"));
+    program.option("--step-growth", o.adaptive.largest_growth, help("adaptive: F_max", "", io::at_least(1.0)));
+    program.option("--step-safety", o.adaptive.safety, help("adaptive: F_s", "", io::between(0.01, 1.0)));
+    program.option("--pointwise-fixed", o.pointwise.fixed_factor,
+                   help("fixed steps: tolerance of the pointwise integration divided by (dt/t_s)^2"));
+    program.option("--pointwise-adaptive", o.pointwise.adaptive_factor,
+                   help("adaptive steps: tolerance of the pointwise integration divided by (h/L)^2"));
+    program.choice("--equilibrium", o.solver,
+                   {{"fastest", SolverKind::fastest}, {"fourier", SolverKind::fourier}, {"cholesky", SolverKind::cholesky}},
+                   help("solver of the elliptic problem"));
+    program.choice("--operator", o.stiffness, {{"exact", Stiffness::exact}, {"full", Stiffness::full}},
+                   help("one-point stiffness (exact projection), or the fully integrated one of the paper (S.20)"));
+}
+
+void declare_output(io::Program &program, Options &o) {
+    const auto help = [](std::string meaning, std::string units = {}, io::Limits allowed = io::positive) {
+        return io::OptionHelp{"Run", std::move(meaning), std::move(units), allowed};
+    };
+    program.option("--duration", o.duration, help("simulated time at the end", "s"));
+    program.option("--snapshots", o.snapshots, help("times of the snapshots in fields.h5: t1,t2,...", "s", io::not_negative));
+    program.option("--history-every", o.history_every, help("rows of history.csv: every n-th step", "", io::at_least(1)));
+}
+
+} // namespace
+
+void declare(io::Program &program, Options &options) {
+    declare_domain(program, options);
+    declare_material(program, options);
+    declare_initial(program, options);
+    declare_time(program, options);
+    declare_output(program, options);
+}
+
+Scene make_scene(const Options &o) {
+    const Units units = natural_units(o);
+    const auto plasticity = [&]() -> Plasticity {
+        if (o.plasticity == PlasticityChoice::perzyna) {
+            PerzynaParameters parameters = o.perzyna;
+            parameters.yield_stress = o.yield_stress;
+            return PerzynaModel(parameters, units);
+        }
+        StzParameters parameters = o.stz;
+        parameters.yield_stress = o.yield_stress;
+        return StzModel(parameters, units);
+    };
+    check(o.elasticity);
+    WallHistory walls = o.wall_history.empty() ? WallHistory(std::vector<WallKnot>{{0.0, {o.wall_velocity, 0.0}}})
+                                               : parse_wall_history(o.wall_history);
+    std::vector<WallKnot> knots = walls.knots();
+    for (WallKnot &knot : knots)
+        knot = {knot.time / units.time, {knot.velocity.u / units.velocity(), knot.velocity.v / units.velocity()}};
+    Scene scene{
+        .units = units,
+        .grid = {.cells_x = o.cells.x, .cells_y = o.cells.y, .width = o.width / units.length, .height = o.height / units.length},
+        .elasticity = {o.elasticity.bulk_modulus / units.stress, o.elasticity.shear_modulus / units.stress},
+        .plasticity = plasticity(),
+        .model = o.model,
+        .walls = WallHistory(std::move(knots))};
+    check(scene.grid);
+    return scene;
+}
+
+Field make_initial_internal(const Options &o, const Scene &scene) {
+    const double value = scene.units.temperature, length = scene.units.length;
+    const double base = o.initial_base / value, amplitude = o.initial_amplitude / value;
+    const auto initial = [&]() -> InitialInternal {
+        switch (o.initial) {
+        case InitialChoice::paper:
+            return PaperPattern{base, amplitude};
+        case InitialChoice::uniform:
+            return Uniform{base};
+        case InitialChoice::gaussian:
+            return GaussianInclusion{base, amplitude, o.initial_x / length, o.initial_y / length, o.initial_length / length};
+        case InitialChoice::random:
+            return RandomField{base, amplitude, o.initial_length / length, static_cast<std::uint64_t>(o.initial_seed)};
+        }
+        __builtin_unreachable();
+    };
+    // 1 K: an effective temperature must be positive, and below it exp(-e_Z/(k_B chi)) has no meaning left
+    const double lowest = o.plasticity == PlasticityChoice::stz ? 1.0 / value : 0.0;
+    return initial_internal(scene.grid, initial(), lowest);
+}
+
+StepControl make_step_control(const Options &o, const Scene &scene) {
+    const double unit = scene.units.time;
+    if (o.step == StepChoice::adaptive) {
+        AdaptiveStepOptions adaptive = o.adaptive;
+        for (double *step : {&adaptive.first_step, &adaptive.smallest_step, &adaptive.largest_step})
+            *step /= unit;
+        if (!(adaptive.smallest_step <= adaptive.largest_step))
+            throw InputError(fmt::format("--dt-min {} exceeds --dt-max {}", o.adaptive.smallest_step, o.adaptive.largest_step));
+        return StepControl(scene.grid, adaptive, o.pointwise);
+    }
+    if (o.dt == "auto")
+        return StepControl(scene.grid, 0.5e4 * std::sqrt(scene.grid.cell_area()), o.pointwise);
+    try {
+        return StepControl(scene.grid, io::parse_number(o.dt, io::positive) / unit, o.pointwise);
+    } catch (const InputError &error) {
+        throw InputError(fmt::format("--dt {}: {}; or auto for the paper's 0.5e4 t_s h/L", o.dt, error.what()));
+    }
+}
+
+RunOptions make_run_options(const Options &o) {
+    return {.duration_s = o.duration, .snapshots_s = o.snapshots, .history_every = o.history_every};
+}
+
+double expected_solves(const Options &o, const StepControl &control, const Units &units) {
+    const double longest = o.step == StepChoice::fixed ? control.planned_step() : o.adaptive.largest_step / units.time;
+    return o.duration / units.time / longest;
+}
+
+std::string describe(const Options &o, const Scene &scene, const ProjectionStepper &stepper, std::string_view solver_name,
+                     int threads) {
+    const Grid &g = scene.grid;
+    const double strain_rate = scene.walls.after(0.0).u / (0.5 * g.height) / scene.units.time;
+    const char *schemes[] = {"first-order projection, forward Euler", "first-order projection, substepped plasticity",
+                             "second-order incremental projection"};
+    const std::string unknowns =
+        fmt::format("{} velocities, {} cell values", 2LL * g.cells_x * (g.cells_y - 1), 5LL * g.cells_x * g.cells_y);
+    return fmt::format("grid      {} x {} cells on {} x {} m; {}\n"
+                       "material  K = {:g} GPa, mu = {:g} GPa, {} plasticity, yield stress {:g} MPa; shear rate {:.3g} 1/s\n"
+                       "model     {}; {}, {} steps; {} solver, {} operator\n"
+                       "memory    {:.0f} MB predicted; {} thread{}\n",
+                       g.cells_x, g.cells_y, o.width, o.height, unknowns, o.elasticity.bulk_modulus * 1e-9,
+                       o.elasticity.shear_modulus * 1e-9, o.plasticity == PlasticityChoice::stz ? "STZ" : "Perzyna",
+                       o.yield_stress * 1e-6, strain_rate, scene.model == Model::full ? "full" : "reduced",
+                       schemes[static_cast<int>(o.scheme)], o.step == StepChoice::fixed ? "fixed" : "adaptive", solver_name,
+                       o.stiffness == Stiffness::exact ? "exact" : "fully integrated",
+                       static_cast<double>(stepper.memory_bytes()) * 1e-6, threads, threads == 1 ? "" : "s");
+}
+
+} // namespace ductile::quasistatic

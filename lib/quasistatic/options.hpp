@@ -1,0 +1,68 @@
+#pragma once
+#include <ductile/equilibrium/solver.hpp>
+#include <ductile/io/program.hpp>
+#include <ductile/quasistatic/initial.hpp>
+#include <ductile/quasistatic/predictor.hpp>
+#include <ductile/quasistatic/run.hpp>
+#include <ductile/quasistatic/scene.hpp>
+#include <ductile/quasistatic/step_control.hpp>
+
+#include <string>
+#include <vector>
+
+namespace ductile::quasistatic {
+
+enum class PlasticityChoice { stz, perzyna };
+enum class InitialChoice { paper, uniform, gaussian, random };
+enum class StepChoice { fixed, adaptive };
+
+/// All options of a quasi-static program, in SI; the defaults are Lu & Rycroft's problem (Sec. 8) on 128 x 128 cells.
+struct Options {
+    io::CellCount cells{128, 128};
+    double width = 0.02, height = 0.02;
+    Model model = Model::full;
+
+    IsotropicElasticity elasticity{.bulk_modulus = 122e9, .shear_modulus = 37.4e9};
+    PlasticityChoice plasticity = PlasticityChoice::stz;
+    StzParameters stz;
+    PerzynaParameters perzyna;
+    double yield_stress = 0.85e9; ///< of either model
+
+    InitialChoice initial = InitialChoice::paper;
+    double initial_base = 640.0, initial_amplitude = 180.0; ///< in the unit of the internal variable
+    double initial_x = 0.0, initial_y = 0.0, initial_length = 0.002;
+    int initial_seed = 1;
+
+    double wall_velocity = 2e-7 * 0.01 / 4.05e-6; ///< 2e-7 L/t_s
+    std::string wall_history;                     ///< replaces wall_velocity unless empty
+
+    Predictor scheme = Predictor::incremental;
+    Stiffness stiffness = Stiffness::exact;
+    SolverKind solver = SolverKind::fastest;
+    StepChoice step = StepChoice::fixed;
+    std::string dt = "auto"; ///< seconds, or 0.5e4 t_s h/L (Sec. 8.1)
+    AdaptiveStepOptions adaptive{.smallest_step = 1e-6 * 4.05e-6, .largest_step = 1e3 * 4.05e-6, .first_step = 10 * 4.05e-6};
+    PointwiseTolerance pointwise;
+
+    double duration = 1.4175;
+    std::vector<double> snapshots{0.0, 0.46575, 0.9315, 1.4175}; ///< the times of Fig. 2
+    int history_every = 1;
+};
+
+/// Declares them all, grouped by topic.
+void declare(io::Program &program, Options &options);
+
+/// The scene in natural units. Throws InputError for impossible values.
+[[nodiscard]] Scene make_scene(const Options &options);
+[[nodiscard]] Field make_initial_internal(const Options &options, const Scene &scene);
+/// Fixed or adaptive steps in natural units. Throws InputError when --dt is not "auto" or a positive number.
+[[nodiscard]] StepControl make_step_control(const Options &options, const Scene &scene);
+[[nodiscard]] RunOptions make_run_options(const Options &options);
+/// Number of elliptic solves the run is expected to take, for the planning of transforms.
+[[nodiscard]] double expected_solves(const Options &options, const StepControl &control, const Units &units);
+
+/// The lines before a run: grid, unknowns, material with the physical strain rate, scheme, memory, threads.
+[[nodiscard]] std::string describe(const Options &options, const Scene &scene, const ProjectionStepper &stepper,
+                                   std::string_view solver_name, int threads);
+
+} // namespace ductile::quasistatic
