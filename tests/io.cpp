@@ -40,10 +40,7 @@ Checkpoint small_checkpoint(const ArrayView& array) {
             .config = "dt = 0.5\n",
             .scalars = {{"time_s", 1.25}},
             .counters = {{"step", 7}, {"cells_x", 128}, {"cells_y", 64}},
-            .arrays = {{"stress/p", array}},
-            .vectors = {},
-            .integer_vectors = {},
-            .history = nullptr};
+            .arrays = {{"stress/p", array}}};
 }
 
 } // namespace

@@ -17,14 +17,14 @@ namespace ductile::io {
 /// Everything a run needs to go on bitwise as if it had never stopped. Names may contain slashes ("stress/p").
 /// Doubles keep every bit. Views and spans are only looked at while the file is written.
 struct Checkpoint {
-    std::string program;
-    int format = 1;     ///< the program's own number, raised whenever the meaning of its content changes
-    std::string config; ///< TOML text of all options, from Program::config_text()
-    std::map<std::string, double> scalars;
-    std::map<std::string, std::int64_t> counters;
-    std::vector<std::pair<std::string, ArrayView>> arrays;
-    std::vector<std::pair<std::string, std::span<const double>>> vectors;
-    std::vector<std::pair<std::string, std::span<const std::int64_t>>> integer_vectors;
+    std::string program = {};
+    int format = 1;          ///< the program's own number, raised whenever the meaning of its content changes
+    std::string config = {}; ///< TOML text of all options, from Program::config_text()
+    std::map<std::string, double> scalars = {};
+    std::map<std::string, std::int64_t> counters = {};
+    std::vector<std::pair<std::string, ArrayView>> arrays = {};
+    std::vector<std::pair<std::string, std::span<const double>>> vectors = {};
+    std::vector<std::pair<std::string, std::span<const std::int64_t>>> integer_vectors = {};
     const HistoryTable* history = nullptr; ///< optional
 };
 

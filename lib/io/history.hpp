@@ -15,9 +15,9 @@ namespace ductile::io {
 
 /// A table with named columns; names carry units ("time_s", "shear_stress_Pa").
 struct HistoryTable {
-    std::vector<std::string> columns;
-    std::vector<double> values; ///< row after row
-    std::int64_t offered = 0;   ///< rows offered so far, those left out included: keeps "every n-th" in step after a restart
+    std::vector<std::string> columns = {};
+    std::vector<double> values = {}; ///< row after row
+    std::int64_t offered = 0;        ///< rows offered so far, those left out included: keeps "every n-th" in step after a restart
 
     [[nodiscard]] std::size_t rows() const { return columns.empty() ? 0 : values.size() / columns.size(); }
     /// One column from top to bottom, for plots and checks. Throws RunError for a name it does not have.

@@ -35,10 +35,9 @@ const char* name_of(TomlType type) {
 
 std::string read_whole(const std::filesystem::path& path) {
     std::ifstream file(path);
-    std::string text(std::istreambuf_iterator<char>(file), {});
     if (!file || std::filesystem::is_directory(path))
         throw InputError(fmt::format("--config {}: the file cannot be read", path.string()));
-    return text;
+    return {std::istreambuf_iterator<char>(file), {}};
 }
 
 } // namespace

@@ -104,7 +104,7 @@ void SnapshotWriter::copy(const EarlierSnapshots& earlier, Hdf5File& file) {
     check_same_grid(old, grid_);
     for (const std::string& member : old.members("snapshots")) {
         const std::string group = "snapshots/" + member;
-        XdmfSnapshot snapshot{.group = group, .time_s = old.double_attribute(group, "time_s"), .fields = {}};
+        XdmfSnapshot snapshot{.group = group, .time_s = old.double_attribute(group, "time_s")};
         if (snapshot.time_s > earlier.until_s)
             break;
         for (const std::string& name : old.members(group)) {
@@ -149,7 +149,7 @@ void SnapshotWriter::write(double time_s, std::int64_t step, std::span<const Sna
     }
     reserve(bytes);
 
-    XdmfSnapshot snapshot{.group = group_name(snapshots_.size()), .time_s = time_s, .fields = {}};
+    XdmfSnapshot snapshot{.group = group_name(snapshots_.size()), .time_s = time_s};
     Hdf5File file = Hdf5File::open_for_append(partial_);
     file.create_group(snapshot.group);
     file.set_attribute(snapshot.group, "time_s", time_s);

@@ -28,10 +28,10 @@ enum class Centring { cell, corner };
 /// Shape of the view: cells_y x cells_x at cells; (cells_y + 1) x (cells_x + 1) at corners, or one column less on a grid that
 /// is periodic in x: the writer then repeats the first column.
 struct SnapshotField {
-    std::string name;
-    std::string units;
+    std::string name = {};
+    std::string units = {};
     Centring centring = Centring::cell;
-    ArrayView values;
+    ArrayView values = {};
     double scale = 1.0;
     double offset = 0.0;
 };

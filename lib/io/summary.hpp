@@ -13,11 +13,11 @@ enum class RunStatus { completed, interrupted, failed };
 
 /// What a run did; the content of summary.json. Counts that a scene does not have stay zero.
 struct RunSummary {
-    std::string program;
-    std::string version;
-    nlohmann::ordered_json parameters;
+    std::string program = {};
+    std::string version = {};
+    nlohmann::ordered_json parameters = nlohmann::ordered_json::object();
     RunStatus status = RunStatus::completed;
-    std::string reason; ///< why a run failed
+    std::string reason = {}; ///< why a run failed
     std::int64_t steps = 0;
     std::int64_t rejected_steps = 0;
     std::int64_t elliptic_solves = 0;
@@ -27,7 +27,7 @@ struct RunSummary {
     std::int64_t residual_evaluations = 0;
     std::int64_t jacobian_products = 0;
     double wall_seconds = 0.0;
-    std::vector<std::pair<std::string, double>> phase_seconds; ///< in the order of printing
+    std::vector<std::pair<std::string, double>> phase_seconds = {}; ///< in the order of printing
     std::int64_t peak_memory_bytes = 0;
     nlohmann::ordered_json extra = nlohmann::ordered_json::object(); ///< what only this scene knows; keys carry units
 };

@@ -5,9 +5,9 @@
 namespace ductile::io {
 
 struct PlotOptions {
-    std::string title;
-    std::string x_label; ///< with units: "strain", "time [s]"
-    std::string y_label;
+    std::string title = {};
+    std::string x_label = {}; ///< with units: "strain", "time [s]"
+    std::string y_label = {};
     int width = 70;  ///< characters of the drawing area
     int height = 16; ///< lines of the drawing area
 };

@@ -13,9 +13,9 @@ struct XdmfField {
 };
 
 struct XdmfSnapshot {
-    std::string group;
+    std::string group = {};
     double time_s = 0.0;
-    std::vector<XdmfField> fields;
+    std::vector<XdmfField> fields = {};
 };
 
 /// The XDMF 3 description of snapshots in an HDF5 file (named relative to the XDMF file) with the datasets grid/x_corner and

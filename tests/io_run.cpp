@@ -1,0 +1,276 @@
+#include "io_scratch.hpp"
+
+#include <ductile/io/history.hpp>
+#include <ductile/io/interrupt.hpp>
+#include <ductile/io/progress.hpp>
+#include <ductile/io/snapshots.hpp>
+#include <ductile/io/summary.hpp>
+#include <ductile/io/terminal_plot.hpp>
+#include <ductile/io/text.hpp>
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <csignal>
+#include <limits>
+#include <regex>
+#include <vector>
+
+using namespace ductile;
+using namespace ductile::io;
+using scratch::has;
+using scratch::message;
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr SnapshotGrid grid{.cells_x = 4, .cells_y = 3, .width_m = 2.0, .height_m = 1.5, .left_m = -1.0, .bottom_m = -0.75};
+
+/// Pressure at cells (1, 2, ...) and velocity at the corners of a periodic grid (10, 20, ...), with other units outside.
+struct Scene {
+    Scene() {
+        for (std::size_t i = 0; i < 12; ++i)
+            pressure.push_back(static_cast<double>(i + 1));
+        for (std::size_t i = 0; i < 16; ++i)
+            velocity.push_back(10.0 * static_cast<double>(i + 1));
+    }
+    void write(SnapshotWriter& writer, double time_s) const {
+        const SnapshotField fields[] = {{"pressure", "Pa", Centring::cell, {pressure.data(), 3, 4, 4}, 1e9, 5.0},
+                                        {"velocity", "m/s", Centring::corner, {velocity.data(), 4, 4, 4}}};
+        writer.write(time_s, std::lround(time_s * 10), fields);
+    }
+    std::vector<double> pressure, velocity;
+};
+
+std::vector<double> read_array(const Hdf5File& file, const std::string& name, int rows, int columns) {
+    std::vector<double> values(static_cast<std::size_t>(rows * columns));
+    file.read(name, {values.data(), rows, columns, columns});
+    return values;
+}
+
+/// Every dataset that the XDMF file names exists with the extents it states.
+void check_xdmf(const fs::path& path, std::size_t snapshots) {
+    const std::string text = scratch::read(path);
+    const std::regex item("<DataItem Dimensions=\"([0-9 ]+)\"[^>]*>([^:<]+):/([^<]+)</DataItem>");
+    std::size_t found = 0;
+    for (std::sregex_iterator match(text.begin(), text.end(), item); match != std::sregex_iterator(); ++match, ++found) {
+        std::string extents;
+        for (const std::size_t extent : Hdf5File::open(path.parent_path() / (*match)[2].str()).shape((*match)[3].str()))
+            extents.append(extents.empty() ? "" : " ").append(std::to_string(extent));
+        CHECK(extents == (*match)[1].str());
+    }
+    CHECK(found == 4 * snapshots); // two coordinates and two fields each
+}
+
+} // namespace
+
+TEST_SUITE_BEGIN("io_run");
+
+TEST_CASE("snapshots hold the grid and the numbers in SI units, and ParaView finds them") {
+    const scratch::Folder folder;
+    const Scene scene;
+    SnapshotWriter writer(folder / "fields.h5", "shear_band", grid);
+    scene.write(writer, 0.5);
+    CHECK_FALSE(fs::exists(folder / "fields.h5"));
+    check_xdmf(folder / "fields.xdmf", 1);
+    scene.write(writer, 1.0);
+    writer.finish();
+    writer.finish();
+    CHECK_FALSE(fs::exists(folder / "fields.h5.partial"));
+    check_xdmf(folder / "fields.xdmf", 2);
+
+    const Hdf5File file = Hdf5File::open(folder / "fields.h5");
+    CHECK(file.text_attribute("/", "format") == "ductile fields 1");
+    CHECK(file.text_attribute("/", "program") == "shear_band");
+    CHECK(file.read_doubles("grid/x_corner") == std::vector{-1.0, -0.5, 0.0, 0.5, 1.0});
+    CHECK(file.read_doubles("grid/y_centre") == std::vector{-0.5, 0.0, 0.5});
+    CHECK(file.integer_attribute("grid", "cells_x") == 4);
+    CHECK(file.double_attribute("snapshots/000001", "time_s") == 1.0);
+    CHECK(file.integer_attribute("snapshots/000001", "step") == 10);
+    CHECK(file.text_attribute("snapshots/000001/velocity", "centring") == "corner");
+    CHECK(file.text_attribute("snapshots/000001/pressure", "units") == "Pa");
+    const std::vector<double> pressure = read_array(file, "snapshots/000000/pressure", 3, 4);
+    CHECK(pressure[0] == 1e9 + 5.0);
+    CHECK(pressure[11] == 12e9 + 5.0);
+    CHECK(read_array(file, "snapshots/000000/velocity", 4, 5) ==
+          std::vector<double>{10, 20, 30, 40, 10, 50, 60, 70, 80, 50, 90, 100, 110, 120, 90, 130, 140, 150, 160, 130});
+}
+
+TEST_CASE("a continued run keeps the snapshots up to its checkpoint, from a killed run, too") {
+    const scratch::Folder folder;
+    const Scene scene;
+    for (const char* earlier : {"fields.h5", "fields.h5.partial"}) {
+        {
+            SnapshotWriter writer(folder / "fields.h5", "shear_band", grid);
+            for (const double time : {0.5, 1.0, 1.5})
+                scene.write(writer, time);
+        }
+        if (fs::path(earlier).extension() == ".partial")
+            fs::rename(folder / "fields.h5", folder / earlier);
+        SnapshotWriter writer(folder / "fields.h5", "shear_band", grid, EarlierSnapshots{folder / "fields.h5", 1.0});
+        CHECK(writer.times() == std::vector{0.5, 1.0});
+        scene.write(writer, 2.0);
+        writer.finish();
+        CHECK(Hdf5File::open(folder / "fields.h5").members("snapshots") ==
+              std::vector<std::string>{"000000", "000001", "000002"});
+        check_xdmf(folder / "fields.xdmf", 3);
+    }
+    SnapshotGrid other = grid;
+    other.cells_x = 5;
+    CHECK(has(message<InputError>([&] {
+                  SnapshotWriter(folder / "fields.h5", "shear_band", other, EarlierSnapshots{folder / "fields.h5", 1.0});
+              }),
+              "the earlier snapshots are on another grid"));
+}
+
+TEST_CASE("a full disk stops at the first snapshot without room; those before stay whole under the final name") {
+    const scratch::Folder folder;
+    const Scene scene;
+    {
+        SnapshotWriter writer(folder / "fields.h5", "shear_band", grid);
+        scene.write(writer, 0.5);
+        const scratch::FileSizeLimit limit(fs::file_size(folder / "fields.h5.partial") + 1000);
+        const std::string text = message<RunError>([&] { scene.write(writer, 1.0); });
+        CHECK(has(text, "fields.h5: no room for the next snapshot"));
+        CHECK(has(text, "the 1 snapshots before are kept"));
+    }
+    CHECK(Hdf5File::open(folder / "fields.h5").members("snapshots").size() == 1);
+    check_xdmf(folder / "fields.xdmf", 1);
+}
+
+TEST_CASE("a snapshot field of the wrong shape is refused before the file is touched") {
+    const scratch::Folder folder;
+    const Scene scene;
+    SnapshotWriter writer(folder / "fields.h5", "shear_band", grid);
+    const SnapshotField wrong[] = {{"pressure", "Pa", Centring::cell, {scene.pressure.data(), 4, 3, 3}}};
+    CHECK(has(message<RunError>([&] { writer.write(0.5, 1, wrong); }), "'pressure' has 4 x 3 values"));
+    CHECK(writer.times().empty());
+}
+
+TEST_CASE("the history can be followed, is exact, and is continuous after a restart") {
+    const scratch::Folder folder;
+    const std::vector<std::string> columns = {"time_s", "stress_Pa"};
+    const auto rows = [](History& history, int from, int to) {
+        for (int i = from; i < to; ++i)
+            history.append({0.1 * i, std::sqrt(static_cast<double>(i))});
+    };
+    for (const int every : {1, 3}) {
+        HistoryTable stored;
+        {
+            History whole(folder / "whole.csv", columns, {.every = every});
+            rows(whole, 0, 5);
+            stored = whole.table();
+            rows(whole, 5, 11);
+            CHECK(fs::exists(folder / "whole.csv.partial"));
+        }
+        History continued(folder / "continued.csv", columns, {.every = every});
+        continued.restore(stored);
+        rows(continued, 5, 11);
+        continued.finish();
+        CHECK(scratch::read(folder / "continued.csv") == scratch::read(folder / "whole.csv"));
+        CHECK(continued.table().column("stress_Pa").back() == std::sqrt(every == 1 ? 10.0 : 9.0));
+    }
+    CHECK(has(scratch::read(folder / "whole.csv"), "time_s,stress_Pa\n0,0\n0.30000000000000004,1.7320508075688772\n"));
+    CHECK(has(scratch::read(folder / "whole.csv"), "\n1,3.1622776601683795\n")); // the last row, though it is not a third one
+
+    History other(folder / "other.csv", {"time_s"});
+    CHECK(has(message<InputError>([&] { other.restore({.columns = columns}); }), "start a new run"));
+    CHECK(has(message<RunError>([&] { other.append({1.0, 2.0}); }), "a row of 2 values for 1 columns"));
+    CHECK(has(message<RunError>([&] { (void)other.table().column("load_N"); }), "no column 'load_N'"));
+    CHECK(has(message<RunError>([&] { History(folder / "none/h.csv", columns); }), "cannot create"));
+}
+
+TEST_CASE("a history that cannot be written is a RunError") {
+    const scratch::Folder folder;
+    History history(folder / "h.csv", {"x"});
+    for (int i = 0; i < 1000; ++i)
+        history.append({1.0 / i});
+    const scratch::FileSizeLimit limit(5000);
+    CHECK(has(message<RunError>([&] { history.finish(); }), "cannot write the history"));
+    CHECK(fs::exists(folder / "h.csv.partial"));
+}
+
+TEST_CASE("the summary says everything, in order") {
+    const scratch::Folder folder;
+    RunSummary summary{.program = "upsetting", .version = "1", .parameters = {{"dt", 0.5}}};
+    summary.status = RunStatus::failed;
+    summary.reason = "step 7: not a number";
+    summary.steps = 7;
+    summary.wall_seconds = 2.0;
+    summary.phase_seconds = {{"transfer", 1.5}, {"solve", 0.5}};
+    summary.extra["load_N"] = 3.5;
+    summary.peak_memory_bytes = peak_memory_bytes();
+    CHECK(summary.peak_memory_bytes > 1'000'000);
+    write_summary(folder / "summary.json", summary);
+    const auto json = nlohmann::ordered_json::parse(scratch::read(folder / "summary.json"));
+    CHECK(json["status"] == "failed");
+    CHECK(json["reason"] == "step 7: not a number");
+    CHECK(json["parameters"]["dt"] == 0.5);
+    CHECK(json["phase_seconds"].begin().key() == "transfer");
+    for (const char* key :
+         {"program", "version", "steps", "rejected_steps", "elliptic_solves", "pointwise_substeps", "newton_iterations",
+          "linear_iterations", "residual_evaluations", "jacobian_products", "wall_seconds", "peak_memory_bytes"})
+        CHECK(json.contains(key));
+    const std::string text = describe(summary, folder / "");
+    CHECK(has(text, "upsetting: failed\n"));
+    CHECK(has(text, "transfer   1.5 s (75 %)"));
+    CHECK(has(text, "(summary.json)"));
+}
+
+TEST_CASE("the progress line tells where a run stands and costs next to nothing") {
+    const Progress continued({.duration_s = 10.0, .start_s = 2.0, .quiet = true});
+    CHECK(continued.line({.time_s = 4.0, .step = 12, .dt_s = 1e-3, .limit = "accuracy"}, 10.0) ==
+          " 40.0 %  step 12  dt 0.001 s limited by accuracy  elapsed 10.0 s  remaining 30.0 s");
+    CHECK(has(continued.line({.time_s = 2.0}, 0.0), "remaining -"));
+    Progress progress({.duration_s = 1.0});
+    constexpr int updates = 200'000;
+    const auto start = std::chrono::steady_clock::now();
+    for (int i = 0; i < updates; ++i)
+        progress.update({.time_s = 1e-9 * i, .step = i, .dt_s = 1e-9, .limit = "accuracy"});
+    const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
+    MESSAGE("nanoseconds an update: " << 1e9 * elapsed.count() / updates);
+    CHECK(elapsed.count() / updates < 2e-6); // generous: the machine may be busy
+}
+
+TEST_CASE("a signal is remembered until the handlers are installed again") {
+    const auto at_end = std::signal(SIGTERM, SIG_DFL);
+    install_signal_handlers();
+    CHECK_FALSE(interrupted());
+    std::raise(SIGTERM);
+    CHECK(interrupted());
+    struct sigaction now {};
+    sigaction(SIGTERM, nullptr, &now);
+    CHECK((now.sa_handler == SIG_DFL)); // the second one kills
+    install_signal_handlers();
+    CHECK_FALSE(interrupted());
+    std::signal(SIGTERM, at_end);
+    std::signal(SIGINT, SIG_DFL);
+    std::signal(SIGXFSZ, SIG_DFL);
+}
+
+TEST_CASE("a curve in the terminal has its axes and ticks") {
+    const std::vector<double> x = {0.0, 0.25, 0.5, 0.75, 1.0}, y = {0.0, 1e9, 2e9, 3e9, 4e9};
+    const std::string plot = terminal_plot(x, y, {.title = "loading", .x_label = "strain", .y_label = "stress [Pa]"});
+    CHECK(std::ranges::count(plot, '\n') == 21); // title, y label, 16 lines, axis, its labels, x label
+    for (const char* part : {"loading\nstress [Pa]\n", "4e+09 ┤", "0 ┤", "└┬─", "0.2", "strain\n", "⡠"})
+        CHECK(has(plot, part));
+    const std::vector<double> constant(5, 3.0), gap = {1.0, std::nan(""), 2.0, std::numeric_limits<double>::infinity(), 1.0};
+    CHECK(has(terminal_plot(x, constant, {}), "3 ┤"));
+    CHECK(has(terminal_plot(x, gap, {}), "1.4 ┤"));
+    CHECK(has(terminal_plot({}, {}, {}), "└"));
+    CHECK(has(message<InputError>([&] { (void)terminal_plot(x, {}, {}); }), "5 values of x for 0 values of y"));
+}
+
+TEST_CASE("times and sizes for people") {
+    CHECK(human_bytes(17) == "17 B");
+    CHECK(human_bytes(3.2 * 1024 * 1024) == "3.2 MiB");
+    CHECK(human_duration(0.44) == "0.4 s");
+    CHECK(human_duration(59.96) == "1:00 min");
+    CHECK(human_duration(125) == "2:05 min");
+    CHECK(human_duration(11565) == "3:12:45 h");
+    CHECK(human_duration(std::nan("")) == "-");
+}
+
+TEST_SUITE_END();

@@ -1,0 +1,277 @@
+#include "io_scratch.hpp"
+
+#include <ductile/base/threads.hpp>
+#include <ductile/io/interrupt.hpp>
+#include <ductile/io/program.hpp>
+#include <ductile/io/toml.hpp>
+
+#include <doctest/doctest.h>
+
+#include <csignal>
+#include <fcntl.h>
+#include <functional>
+#include <stdexcept>
+#include <vector>
+
+using namespace ductile;
+using namespace ductile::io;
+using scratch::has;
+using scratch::message;
+namespace fs = std::filesystem;
+
+namespace {
+
+enum class Model { full, reduced };
+
+/// A program with one option of every kind.
+struct Demo {
+    Demo() {
+        program.option("--dt", dt, {"Time", "time step", "s", positive});
+        program.option("--steps", steps, {"Time", "number of steps", "", at_least(1)});
+        program.option("--seed", seed, {"Time", "seed"});
+        program.option("--cells", cells, {"Grid", "cells"});
+        program.option("--snapshots", snapshots, {"Output", "times", "s", not_negative});
+        program.option("--title", title, {"Output", "title"});
+        program.option("--symmetric", symmetric, {"Grid", "half the grid"});
+        program.choice("--model", model, {{"full", Model::full}, {"reduced", Model::reduced}}, {"Physics", "plasticity model"});
+        program.choice("--step", step, {"fixed", "adaptive"}, {"Time", "step control"});
+    }
+    bool parse(std::vector<std::string> arguments) {
+        arguments.insert(arguments.begin(), "demo");
+        std::vector<const char*> argv;
+        for (const std::string& argument : arguments)
+            argv.push_back(argument.c_str());
+        return program.parse(static_cast<int>(argv.size()), argv.data());
+    }
+
+    double dt = 0.1;
+    int steps = 10;
+    std::int64_t seed = -3;
+    CellCount cells{64, 32};
+    std::vector<double> snapshots = {0.5, 1.0 / 3.0};
+    std::string title = "a \"quoted\" title # no comment";
+    bool symmetric = false;
+    Model model = Model::reduced;
+    std::string step = "fixed";
+    Program program{"demo", "A program for tests."};
+};
+
+std::string refusal(const std::vector<std::string>& arguments) {
+    return message<InputError>([&] { (void)Demo().parse(arguments); });
+}
+
+/// What an action writes to a standard stream.
+std::string captured(int stream, const std::function<void()>& action) {
+    const scratch::Folder folder;
+    std::fflush(nullptr);
+    const int kept = dup(stream), file = open((folder / "out").c_str(), O_WRONLY | O_CREAT, 0600);
+    dup2(file, stream);
+    action();
+    std::fflush(nullptr);
+    dup2(kept, stream);
+    close(kept);
+    close(file);
+    return scratch::read(folder / "out");
+}
+
+void reset_signals() {
+    for (const int number : {SIGINT, SIGTERM, SIGXFSZ})
+        std::signal(number, SIG_DFL);
+}
+
+} // namespace
+
+TEST_SUITE_BEGIN("program");
+
+TEST_CASE("options of every kind are read from the command line; the last of several counts") {
+    Demo demo;
+    CHECK(demo.parse({"--dt", "1e-3", "--steps=7", "--cells", "16x8", "--snapshots", "0,0.5, 1", "--title", "x", "--symmetric",
+                      "--model", "full", "--seed", "-5", "--dt", "0.25"}));
+    CHECK(demo.dt == 0.25);
+    CHECK(demo.steps == 7);
+    CHECK(demo.seed == -5);
+    CHECK(demo.cells == CellCount{16, 8});
+    CHECK(demo.snapshots == std::vector{0.0, 0.5, 1.0});
+    CHECK(demo.title == "x");
+    CHECK(demo.symmetric);
+    CHECK(demo.model == Model::full);
+    CHECK(demo.program.common().output == "out/demo");
+}
+
+TEST_CASE("impossible values are refused with the option's name and what is allowed") {
+    for (const char* value : {"0", "-1", "nan", "inf", "1e400", "1e-400", "x", "", "1 2", "0x10", "--quiet"}) {
+        CAPTURE(value);
+        CHECK(has(refusal({"--dt", value}), std::string("--dt ") + value + ": "));
+        CHECK(has(refusal({"--dt", value}), "must be a finite number above 0"));
+    }
+    for (const char* value : {"12.5", "-4", "0", "4x", "x4", "4x4x4", "1e3", "99999999999999999999", "4x-1"}) {
+        CAPTURE(value);
+        CHECK(has(refusal({"--cells", value}), std::string("--cells ") + value + ": it must be N or MxN"));
+    }
+    for (const char* value : {"12.5", "0", "-1", "1e3", "9999999999"})
+        CHECK(has(refusal({"--steps", value}), std::string("--steps ") + value + ": it must be a whole number"));
+    CHECK(has(refusal({"--snapshots", "1,,2"}), "element '' is wrong"));
+    CHECK(has(refusal({"--snapshots", "1,-2"}), "element '-2' is wrong: it must be a finite number at least 0"));
+    CHECK(has(refusal({"--model", "none"}), "--model none: it must be one of full, reduced"));
+    CHECK(has(refusal({"--symmetric=maybe"}), "--symmetric maybe: it must be true or false"));
+    CHECK(has(refusal({"--threads", "0"}), "--threads 0: it must be a whole number from 1 to 4096"));
+    CHECK(has(refusal({"--no-such-option"}), "--no-such-option"));
+    CHECK(has(refusal({"stray"}), "stray"));
+    CHECK(has(refusal({"--dt"}), "--dt"));
+    CHECK(has(refusal({"--output", ""}), "--output: it must name a folder"));
+    CHECK(has(refusal({"--restart", "none.h5"}), "none.h5: there is no such file"));
+    CHECK(has(refusal({"--config", "none.toml"}), "none.toml: the file cannot be read"));
+    CHECK(has(refusal({"--config", "/"}), "the file cannot be read"));
+}
+
+TEST_CASE("--print-config prints a file that gives the same options") {
+    Demo first;
+    const std::string text = captured(STDOUT_FILENO, [&] {
+        CHECK_FALSE(
+            first.parse({"--dt", "0.1234567890123456", "--cells", "7x9", "--snapshots", "", "--quiet", "--print-config"}));
+    });
+    CHECK(has(text, "# time step [s]; above 0\ndt = 0.1234567890123456\n"));
+    CHECK(has(text, "snapshots = []\n"));
+    const scratch::Folder folder;
+    scratch::write(folder / "a.toml", text);
+    Demo second;
+    CHECK(second.parse({"--config", (folder / "a.toml").string()}));
+    CHECK(second.dt == first.dt);
+    CHECK(second.cells == first.cells);
+    CHECK(second.snapshots.empty());
+    CHECK(second.title == first.title);
+    CHECK(second.program.common().quiet);
+    CHECK(second.program.config_text() == text);
+    CHECK(second.program.parameters() == first.program.parameters());
+    CHECK(first.program.parameters()["dt"] == first.dt);
+    CHECK(first.program.parameters()["cells"] == "7x9");
+    CHECK(first.program.parameters()["model"] == "reduced");
+}
+
+TEST_CASE("--help shows topics, units and defaults; --version the version") {
+    const std::string help = captured(STDOUT_FILENO, [] { CHECK_FALSE(Demo().parse({"--help"})); });
+    for (const char* part : {"Physics:", "General:", "time step [s]; above 0 (default 0.1)",
+                             "one of full, reduced (default reduced)", "(default 64x32)", "--checkpoint-every", "--print-config"})
+        CHECK(has(help, part));
+    CHECK(has(captured(STDOUT_FILENO, [] { CHECK_FALSE(Demo().parse({"--version"})); }), "demo (ductile) "));
+}
+
+TEST_CASE("a configuration file with unknown keys, wrong types or impossible values is refused with its line") {
+    const scratch::Folder folder;
+    const auto refused = [&](const std::string& text) {
+        scratch::write(folder / "a.toml", "# comment\n" + text);
+        return refusal({"--config", (folder / "a.toml").string()});
+    };
+    CHECK(has(refused("dtt = 1"), "a.toml, line 2: unknown key 'dtt'"));
+    CHECK(has(refused("help = true"), "unknown key 'help'"));
+    CHECK(has(refused("dt = \"0.1\""), "line 2: key 'dt' must be a number, not a text"));
+    CHECK(has(refused("steps = 1.5"), "key 'steps' must be a whole number, not a number"));
+    CHECK(has(refused("symmetric = 1"), "key 'symmetric' must be true or false, not a whole number"));
+    CHECK(has(refused("title = 3"), "key 'title' must be a text in quotes"));
+    CHECK(has(refused("cells = 1.5"), "key 'cells' must be N or \"MxN\""));
+    CHECK(has(refused("snapshots = [1, \"2\"]"), "key 'snapshots' must be an array of numbers"));
+    CHECK(has(refused("dt = 0"), "line 2: --dt 0: it must be a finite number above 0"));
+    CHECK(has(refused("dt = nan"), "--dt nan"));
+    CHECK(has(refused("dt = 1\ndt = 2"), "line 3: key 'dt' is given twice (first in line 2)"));
+    CHECK(has(refused("dt"), "expected '=' after 'dt'"));
+    CHECK(has(refused("dt = fast"), "'fast' is no value"));
+    CHECK(has(refused("dt = "), "'' is no value"));
+    CHECK(has(refused("dt = 1 2"), "unexpected text after the value"));
+    CHECK(has(refused("dt = 2020-01-01"), "--dt 2020-01-01"));
+    CHECK(has(refused("[time]\ndt = 1"), "tables are not used"));
+    CHECK(has(refused("title = \"a"), "no closing quote"));
+    CHECK(has(refused("snapshots = [1 2]"), "expected ',' or ']'"));
+    CHECK(refused("snapshots = [ 1, # one\n 2_0.5,\n]\ncells = 8\r\ntitle = 'c:\\x'\n") == "no error");
+}
+
+TEST_CASE("the command line goes before --config, --config before the checkpoint, the checkpoint before defaults") {
+    const scratch::Folder folder;
+    fs::create_directory(folder / "run");
+    const fs::path checkpoint = folder / "run/checkpoint.h5";
+    const auto store = [&](const std::string& config) { write_checkpoint(checkpoint, {.program = "demo", .config = config}); };
+    store("dt = 1\nsteps = 1\nseed = 1\noutput = \"elsewhere\"\nrestart = \"older.h5\"\n");
+    scratch::write(folder / "a.toml", "dt = 2\nsteps = 2\nrestart = '" + checkpoint.string() + "'\n");
+    Demo demo;
+    CHECK(demo.parse({"--dt", "3", "--config", (folder / "a.toml").string()}));
+    CHECK(demo.dt == 3.0);
+    CHECK(demo.steps == 2);
+    CHECK(demo.seed == 1);
+    CHECK(demo.cells == CellCount{64, 32});
+    CHECK(demo.program.common().restart == checkpoint);
+    CHECK(demo.program.common().output == folder / "run"); // a continued run stays where its checkpoint is
+    REQUIRE(demo.program.open_restart(1));
+    CHECK(has(message<InputError>([&] { (void)demo.program.open_restart(2); }), "has format 1"));
+
+    Demo elsewhere;
+    CHECK(elsewhere.parse({"--restart", checkpoint.string(), "--output", "x"}));
+    CHECK(elsewhere.program.common().output == "x");
+    store("gone = 1");
+    CHECK(has(refusal({"--restart", checkpoint.string()}), "checkpoint.h5, line 1: unknown key 'gone'"));
+}
+
+TEST_CASE("--threads sets the number of threads") {
+    const int before = thread_count();
+    Demo demo;
+    CHECK(demo.parse({"--threads", "1"}));
+    CHECK(thread_count() == 1);
+    set_thread_count(before);
+}
+
+TEST_CASE("a run ends with a summary and its status, whatever happens") {
+    const scratch::Folder folder;
+    const auto run = [&](const std::function<RunStatus(RunSummary&)>& body) {
+        return run_main([&] {
+            Demo demo;
+            if (!demo.parse({"--output", (folder / "out").string(), "--quiet"}))
+                return 3;
+            return demo.program.run([&](const OutputFolder&, RunSummary& summary) { return body(summary); });
+        });
+    };
+    const auto summary = [&] { return nlohmann::json::parse(scratch::read(folder / "out/summary.json")); };
+
+    const std::string silence = captured(STDOUT_FILENO, [&] {
+        CHECK(run([](RunSummary& done) {
+                  done.steps = 5;
+                  return RunStatus::completed;
+              }) == 0);
+    });
+    CHECK(silence.empty());
+    CHECK(summary()["status"] == "completed");
+    CHECK(summary()["steps"] == 5);
+    CHECK(summary()["parameters"]["output"] == (folder / "out").string());
+
+    CHECK(run([](RunSummary&) {
+              std::raise(SIGINT);
+              return interrupted() ? RunStatus::interrupted : RunStatus::completed;
+          }) == interrupted_exit_status);
+    CHECK(summary()["status"] == "interrupted");
+
+    const std::string complaint = captured(
+        STDERR_FILENO, [&] { CHECK(run([](RunSummary&) -> RunStatus { throw RunError("step 3: the disk is full"); }) == 1); });
+    CHECK(complaint == "error: step 3: the disk is full\n");
+    CHECK(summary()["status"] == "failed");
+    CHECK(summary()["reason"] == "step 3: the disk is full");
+    CHECK(fs::exists(folder / "out.2/summary.json")); // both earlier runs are still there
+    reset_signals();
+}
+
+TEST_CASE("every exception becomes one message and a status") {
+    const auto status_of = [](const std::function<int()>& body, const std::string& expected) {
+        int status = 0;
+        CHECK(captured(STDERR_FILENO, [&] { status = run_main(body); }) == expected);
+        return status;
+    };
+    CHECK(status_of([] { return 0; }, "") == 0);
+    CHECK(status_of([]() -> int { throw InputError("--dt"); }, "error: --dt\n") == 2);
+    CHECK(status_of([]() -> int { throw std::runtime_error("odd"); }, "error: odd\n") == 1);
+    CHECK(status_of([]() -> int { throw std::bad_alloc(); },
+                    "error: there is not enough memory: use fewer cells or particles\n") == 1);
+}
+
+TEST_CASE("bad input leaves nothing behind") {
+    const scratch::Folder folder;
+    CHECK(has(refusal({"--output", (folder / "out").string(), "--dt", "0"}), "--dt 0"));
+    CHECK_FALSE(fs::exists(folder / "out"));
+}
+
+TEST_SUITE_END();
