@@ -1,0 +1,17 @@
+# What the library needs, in one list: CMakeLists.txt reads it, and the installed package reads it again
+# on behalf of whoever links the library. (Debian's names of the same things are in the launcher.)
+include(CMakeFindDependencyMacro)
+list(PREPEND CMAKE_MODULE_PATH ${CMAKE_CURRENT_LIST_DIR})
+
+find_dependency(OpenMP COMPONENTS CXX)
+find_dependency(fmt)
+find_dependency(CLI11)
+find_dependency(nlohmann_json)
+find_dependency(Eigen3 3.4 NO_MODULE)
+find_dependency(SUNDIALS 6.4 COMPONENTS arkode cvode nvecserial)
+find_dependency(CHOLMOD MODULE)
+find_dependency(PkgConfig)
+pkg_check_modules(FFTW3 REQUIRED IMPORTED_TARGET fftw3)
+pkg_search_module(HDF5 REQUIRED IMPORTED_TARGET hdf5-serial hdf5)
+
+list(POP_FRONT CMAKE_MODULE_PATH)

@@ -1,0 +1,48 @@
+# Installs the built tree, moves the installation away, and uses it from another project.
+# Called by ctest with -DBUILD_DIR, -DSOURCE_DIR (of the library), -DCOMPILER, -DGENERATOR, -DBUILD_TYPE.
+set(here ${BUILD_DIR}/tests/installed_package)
+set(prefix "${here}/moved away")
+file(REMOVE_RECURSE ${here})
+file(MAKE_DIRECTORY ${here})
+
+function(run)
+  execute_process(COMMAND ${ARGN} RESULT_VARIABLE status OUTPUT_VARIABLE output ERROR_VARIABLE output)
+  if(NOT status EQUAL 0)
+    string(JOIN " " command ${ARGN})
+    message(FATAL_ERROR "${command}\nended with status ${status}:\n${output}")
+  endif()
+  set(output "${output}" PARENT_SCOPE)
+endfunction()
+
+run(${CMAKE_COMMAND} --install ${BUILD_DIR} --prefix ${here}/prefix)
+file(RENAME ${here}/prefix "${prefix}")
+
+# Nothing installed may point back to where it was built.
+file(GLOB_RECURSE cmake_files "${prefix}/*.cmake")
+if(NOT cmake_files)
+  message(FATAL_ERROR "no CMake package was installed under ${prefix}")
+endif()
+foreach(file IN LISTS cmake_files)
+  file(READ "${file}" text)
+  foreach(path IN ITEMS ${BUILD_DIR} ${SOURCE_DIR})
+    string(FIND "${text}" "${path}" position)
+    if(NOT position EQUAL -1)
+      message(FATAL_ERROR "${file} contains the path ${path}")
+    endif()
+  endforeach()
+endforeach()
+
+# The installed programs start.
+file(GLOB programs "${prefix}/bin/*")
+foreach(program IN LISTS programs)
+  run("${program}" --version)
+endforeach()
+
+run(${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR} -B ${here}/build -G ${GENERATOR}
+  -D CMAKE_CXX_COMPILER=${COMPILER} -D CMAKE_BUILD_TYPE=${BUILD_TYPE} "-DCMAKE_PREFIX_PATH=${prefix}")
+run(${CMAKE_COMMAND} --build ${here}/build)
+run(${here}/build/uses_ductile)
+set(expected "dx = 0.2, dy = 0.4\nrefused with status 2\n")
+if(NOT output STREQUAL expected)
+  message(FATAL_ERROR "the program printed\n${output}\ninstead of\n${expected}")
+endif()
