@@ -134,7 +134,7 @@ TEST_CASE("a full disk stops at the first snapshot without room; those before st
         const scratch::FileSizeLimit limit(fs::file_size(folder / "fields.h5.partial") + 1000);
         const std::string text = message<RunError>([&] { scene.write(writer, 1.0); });
         CHECK(has(text, "fields.h5: no room for the next snapshot"));
-        CHECK(has(text, "the 1 snapshots before are kept"));
+        CHECK(has(text, "earlier snapshots kept: 1"));
     }
     CHECK(Hdf5File::open(folder / "fields.h5").members("snapshots").size() == 1);
     check_xdmf(folder / "fields.xdmf", 1);
@@ -222,7 +222,7 @@ TEST_CASE("the summary says everything, in order") {
 TEST_CASE("the progress line tells where a run stands and costs next to nothing") {
     const Progress continued({.duration_s = 10.0, .start_s = 2.0, .quiet = true});
     CHECK(continued.line({.time_s = 4.0, .step = 12, .dt_s = 1e-3, .limit = "accuracy"}, 10.0) ==
-          " 40.0 %  step 12  dt 0.001 s limited by accuracy  elapsed 10.0 s  remaining 30.0 s");
+          " 40.0 %  step 12  dt 0.001 s (accuracy)  elapsed 10.0 s  remaining 30.0 s");
     CHECK(has(continued.line({.time_s = 2.0}, 0.0), "remaining -"));
     Progress progress({.duration_s = 1.0});
     constexpr int updates = 200'000;

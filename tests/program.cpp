@@ -189,13 +189,14 @@ TEST_CASE("the command line goes before --config, --config before the checkpoint
     fs::create_directory(folder / "run");
     const fs::path checkpoint = folder / "run/checkpoint.h5";
     const auto store = [&](const std::string& config) { write_checkpoint(checkpoint, {.program = "demo", .config = config}); };
-    store("dt = 1\nsteps = 1\nseed = 1\noutput = \"elsewhere\"\nrestart = \"older.h5\"\n");
+    store("dt = 1\nsteps = 1\nseed = 1\noutput = \"elsewhere\"\nquiet = true\nrestart = \"older.h5\"\n");
     scratch::write(folder / "a.toml", "dt = 2\nsteps = 2\nrestart = '" + checkpoint.string() + "'\n");
     Demo demo;
     CHECK(demo.parse({"--dt", "3", "--config", (folder / "a.toml").string()}));
     CHECK(demo.dt == 3.0);
     CHECK(demo.steps == 2);
     CHECK(demo.seed == 1);
+    CHECK_FALSE(demo.program.common().quiet);
     CHECK(demo.cells == CellCount{64, 32});
     CHECK(demo.program.common().restart == checkpoint);
     CHECK(demo.program.common().output == folder / "run"); // a continued run stays where its checkpoint is

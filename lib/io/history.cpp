@@ -30,7 +30,7 @@ std::vector<double> HistoryTable::column(std::string_view name) const {
 }
 
 History::History(std::filesystem::path csv, std::vector<std::string> columns, Options options)
-    : final_(std::move(csv)), partial_(final_), options_(options), flush_(flush_seconds) {
+    : final_(std::move(csv)), partial_(final_), options_(options), flush_due_(flush_seconds) {
     partial_ += ".partial";
     table_.columns = std::move(columns);
     open();
@@ -50,6 +50,7 @@ void History::open() {
         throw RunError(
             fmt::format("{}: cannot create the file ({}): check the output folder", partial_.string(), std::strerror(errno)));
     write(fmt::format("{}\n", fmt::join(table_.columns, ",")));
+    flush();
 }
 
 void History::restore(const HistoryTable& table) {
@@ -75,8 +76,8 @@ void History::append(std::span<const double> row) {
     skipped_.clear();
     table_.values.insert(table_.values.end(), row.begin(), row.end());
     write_row(row);
-    if (flush_.passed())
-        write({});
+    if (flush_due_.passed())
+        flush();
 }
 
 void History::write_row(std::span<const double> row) {
@@ -84,12 +85,13 @@ void History::write_row(std::span<const double> row) {
     for (const double value : row)
         fmt::format_to(std::back_inserter(line_), "{},", value);
     line_.back() = '\n';
-    std::fwrite(line_.data(), 1, line_.size(), file_.get());
+    write(line_);
 }
 
-/// Text and a flush; empty text only flushes. After a failure nothing more is written.
-void History::write(std::string_view text) {
-    std::fwrite(text.data(), 1, text.size(), file_.get());
+void History::write(std::string_view text) { std::fwrite(text.data(), 1, text.size(), file_.get()); }
+
+/// Finds failures of all writes since the last time; after one nothing more is written.
+void History::flush() {
     if (std::fflush(file_.get()) == 0 && std::ferror(file_.get()) == 0)
         return;
     const std::string reason = std::strerror(errno);
@@ -102,7 +104,7 @@ void History::finish() {
         return;
     if (!skipped_.empty())
         write_row(skipped_);
-    write({});
+    flush();
     file_.reset();
     rename_durably(partial_, final_);
 }

@@ -59,6 +59,7 @@ private:
     void open();
     void write_row(std::span<const double> row);
     void write(std::string_view text);
+    void flush();
 
     std::filesystem::path final_, partial_;
     Options options_;
@@ -66,7 +67,7 @@ private:
     std::vector<double> skipped_; ///< the newest row if it was left out
     std::unique_ptr<std::FILE, CloseFile> file_;
     std::string line_;
-    Interval flush_;
+    Interval flush_due_;
 };
 
 } // namespace ductile::io

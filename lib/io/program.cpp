@@ -228,7 +228,7 @@ void Program::apply_config(const std::string& text, const std::string& source, c
 
 void Program::apply_restart() {
     const CheckpointReader checkpoint(common_.restart, name_);
-    apply_config(checkpoint.config(), common_.restart.string(), {"restart", "output"});
+    apply_config(checkpoint.config(), common_.restart.string(), {"restart", "output", "quiet"});
     if (std::ranges::find(declared_, "output", &Declared::key)->option->count() == 0)
         common_.output = common_.restart.has_parent_path() ? common_.restart.parent_path() : ".";
 }

@@ -44,8 +44,8 @@ struct CommonOptions {
 /// What all programs share: options from command line, configuration file and checkpoint, and the frame of a run.
 ///
 /// An option given on the command line goes before --config, which goes before the options stored in the --restart checkpoint,
-/// which go before the defaults (the values variables have when they are declared). Every option `--a-name` has the TOML key
-/// `a-name`. No option is ever required; check combinations after parse().
+/// which (but for the place and the silence of that run) go before the defaults (the values variables have when they are
+/// declared). Every option `--a-name` has the TOML key `a-name`. No option is ever required; check combinations after parse().
 class Program {
 public:
     Program(std::string name, std::string description);

@@ -30,9 +30,9 @@ std::string Progress::line(const ProgressState& state, double elapsed_s) const {
     const double done = state.time_s - options_.start_s;
     const double remaining_s = elapsed_s * (options_.duration_s - state.time_s) / done;
     const double percentage = options_.duration_s > 0.0 ? 100.0 * state.time_s / options_.duration_s : 100.0;
-    return fmt::format("{:5.1f} %  step {}  dt {:.3g} s{}{}  elapsed {}  remaining {}", std::clamp(percentage, 0.0, 100.0),
-                       state.step, state.dt_s, state.limit.empty() ? "" : " limited by ", state.limit, human_duration(elapsed_s),
-                       human_duration(std::max(remaining_s, 0.0)));
+    const std::string limit = state.limit.empty() ? "" : fmt::format(" ({})", state.limit);
+    return fmt::format("{:5.1f} %  step {}  dt {:.3g} s{}  elapsed {}  remaining {}", std::clamp(percentage, 0.0, 100.0),
+                       state.step, state.dt_s, limit, human_duration(elapsed_s), human_duration(std::max(remaining_s, 0.0)));
 }
 
 void Progress::print() {

@@ -134,10 +134,9 @@ void SnapshotWriter::reserve(std::size_t bytes) const {
     const auto free = static_cast<double>(fs::space(partial_.parent_path(), unknown).available);
     const auto needed = static_cast<double>(bytes);
     const std::string missing = !unknown && free < needed ? fmt::format(", {} are missing", human_bytes(needed - free)) : "";
-    throw RunError(
-        fmt::format("{}: no room for the next snapshot, which needs {}{} ({}): free space and restart from the checkpoint; "
-                    "the {} snapshots before are kept",
-                    final_.string(), human_bytes(needed), missing, std::strerror(error), snapshots_.size()));
+    throw RunError(fmt::format("{}: no room for the next snapshot, which needs {}{} ({}): free space and restart from the "
+                               "checkpoint; earlier snapshots kept: {}",
+                               final_.string(), human_bytes(needed), missing, std::strerror(error), snapshots_.size()));
 }
 
 void SnapshotWriter::write(double time_s, std::int64_t step, std::span<const SnapshotField> fields) {
