@@ -14,7 +14,7 @@
 using namespace ductile;
 using namespace ductile::quasistatic;
 
-int main(int argc, char **argv) {
+int main(int argc, char** argv) {
     return io::run_main([&] {
         // 1. options
         io::Program program("shear_band", "Simple shear of a metallic glass until it localises (quasi-static).");
@@ -41,7 +41,7 @@ int main(int argc, char **argv) {
         program.say(describe(options, scene, stepper, solver_name, thread_count()));
 
         // 4. run and report
-        return program.run([&](const io::OutputFolder &folder, io::RunSummary &summary) {
+        return program.run([&](const io::OutputFolder& folder, io::RunSummary& summary) {
             return run(scene, stepper, control, make_run_options(options), program, folder, checkpoint ? &*checkpoint : nullptr,
                        summary);
         });

@@ -15,10 +15,10 @@ inline constexpr int row_unit = static_cast<int>(alignment / sizeof(double));
 template <class T> struct AlignedAllocator {
     using value_type = T;
     AlignedAllocator() = default;
-    template <class U> AlignedAllocator(const AlignedAllocator<U> &) noexcept {}
-    T *allocate(std::size_t n) { return static_cast<T *>(::operator new (n * sizeof(T), std::align_val_t{alignment})); }
-    void deallocate(T *p, std::size_t) noexcept { ::operator delete (p, std::align_val_t{alignment}); }
-    template <class U> bool operator==(const AlignedAllocator<U> &) const noexcept { return true; }
+    template <class U> AlignedAllocator(const AlignedAllocator<U>&) noexcept {}
+    T* allocate(std::size_t n) { return static_cast<T*>(::operator new (n * sizeof(T), std::align_val_t{alignment})); }
+    void deallocate(T* p, std::size_t) noexcept { ::operator delete (p, std::align_val_t{alignment}); }
+    template <class U> bool operator==(const AlignedAllocator<U>&) const noexcept { return true; }
 };
 
 /// A std::vector whose storage starts on a 128-byte boundary.

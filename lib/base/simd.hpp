@@ -6,9 +6,19 @@
 #include <experimental/simd>
 #include <utility>
 
+// Code compiled for different instruction sets may meet in one program (an installed library and its user): everything whose size
+// or code depends on the set lives in a namespace named after it.
+#if defined(__AVX512F__)
+#define DUCTILE_VECTOR_ABI avx512
+#elif defined(__AVX__)
+#define DUCTILE_VECTOR_ABI avx
+#else
+#define DUCTILE_VECTOR_ABI baseline
+#endif
+
 /// A thin vocabulary over std::experimental::simd, written so that the same formulas run on one double and on a batch of them.
 /// Everything here and in the cell kernels is forced inline: vectors passed through memory cost more than the arithmetic.
-namespace ductile {
+namespace ductile::inline DUCTILE_VECTOR_ABI {
 
 namespace detail {
 using Register = std::experimental::native_simd<double>;
@@ -28,7 +38,7 @@ public:
 
         [[gnu::always_inline]] explicit Mask(bool value) : a(value), b(value) {}
         [[gnu::always_inline]] Mask(Register::mask_type first, Register::mask_type second) : a(first), b(second) {}
-        [[nodiscard, gnu::always_inline]] friend Mask operator&&(const Mask &x, const Mask &y) {
+        [[nodiscard, gnu::always_inline]] friend Mask operator&&(const Mask& x, const Mask& y) {
             return {x.a && y.a, x.b && y.b};
         }
         [[nodiscard, gnu::always_inline]] Mask operator!() const { return {!a, !b}; }
@@ -43,55 +53,55 @@ public:
         return {lanes + first, lanes + (first + register_size)};
     }
 
-    [[nodiscard, gnu::always_inline]] static Pack load(const double *p) {
+    [[nodiscard, gnu::always_inline]] static Pack load(const double* p) {
         return {Register(p, std::experimental::element_aligned), Register(p + register_size, std::experimental::element_aligned)};
     }
-    [[gnu::always_inline]] friend void store(const Pack &x, double *p) {
+    [[gnu::always_inline]] friend void store(const Pack& x, double* p) {
         x.a_.copy_to(p, std::experimental::element_aligned);
         x.b_.copy_to(p + register_size, std::experimental::element_aligned);
     }
 
-    [[nodiscard, gnu::always_inline]] friend Pack operator+(const Pack &x, const Pack &y) { return {x.a_ + y.a_, x.b_ + y.b_}; }
-    [[nodiscard, gnu::always_inline]] friend Pack operator-(const Pack &x, const Pack &y) { return {x.a_ - y.a_, x.b_ - y.b_}; }
-    [[nodiscard, gnu::always_inline]] friend Pack operator*(const Pack &x, const Pack &y) { return {x.a_ * y.a_, x.b_ * y.b_}; }
-    [[nodiscard, gnu::always_inline]] friend Pack operator/(const Pack &x, const Pack &y) { return {x.a_ / y.a_, x.b_ / y.b_}; }
+    [[nodiscard, gnu::always_inline]] friend Pack operator+(const Pack& x, const Pack& y) { return {x.a_ + y.a_, x.b_ + y.b_}; }
+    [[nodiscard, gnu::always_inline]] friend Pack operator-(const Pack& x, const Pack& y) { return {x.a_ - y.a_, x.b_ - y.b_}; }
+    [[nodiscard, gnu::always_inline]] friend Pack operator*(const Pack& x, const Pack& y) { return {x.a_ * y.a_, x.b_ * y.b_}; }
+    [[nodiscard, gnu::always_inline]] friend Pack operator/(const Pack& x, const Pack& y) { return {x.a_ / y.a_, x.b_ / y.b_}; }
     [[nodiscard, gnu::always_inline]] Pack operator-() const { return {-a_, -b_}; }
-    [[nodiscard, gnu::always_inline]] friend Mask operator<(const Pack &x, const Pack &y) { return {x.a_ < y.a_, x.b_ < y.b_}; }
-    [[nodiscard, gnu::always_inline]] friend Mask operator>(const Pack &x, const Pack &y) { return {x.a_ > y.a_, x.b_ > y.b_}; }
-    [[nodiscard, gnu::always_inline]] friend Mask operator>=(const Pack &x, const Pack &y) {
+    [[nodiscard, gnu::always_inline]] friend Mask operator<(const Pack& x, const Pack& y) { return {x.a_ < y.a_, x.b_ < y.b_}; }
+    [[nodiscard, gnu::always_inline]] friend Mask operator>(const Pack& x, const Pack& y) { return {x.a_ > y.a_, x.b_ > y.b_}; }
+    [[nodiscard, gnu::always_inline]] friend Mask operator>=(const Pack& x, const Pack& y) {
         return {x.a_ >= y.a_, x.b_ >= y.b_};
     }
 
-    [[nodiscard, gnu::always_inline]] friend bool any_of(const Mask &m) { return std::experimental::any_of(m.a || m.b); }
-    [[nodiscard, gnu::always_inline]] friend int count_of(const Mask &m) {
+    [[nodiscard, gnu::always_inline]] friend bool any_of(const Mask& m) { return std::experimental::any_of(m.a || m.b); }
+    [[nodiscard, gnu::always_inline]] friend int count_of(const Mask& m) {
         return std::experimental::popcount(m.a) + std::experimental::popcount(m.b);
     }
     /// mask ? x : y in every lane.
-    [[nodiscard, gnu::always_inline]] friend Pack select(const Mask &mask, const Pack &x, const Pack &y) {
+    [[nodiscard, gnu::always_inline]] friend Pack select(const Mask& mask, const Pack& x, const Pack& y) {
         Pack r = y;
         where(mask.a, r.a_) = x.a_;
         where(mask.b, r.b_) = x.b_;
         return r;
     }
-    [[nodiscard, gnu::always_inline]] friend Pack magnitude(const Pack &x) { return {abs(x.a_), abs(x.b_)}; }
-    [[nodiscard, gnu::always_inline]] friend Pack maximum(const Pack &x, const Pack &y) {
+    [[nodiscard, gnu::always_inline]] friend Pack magnitude(const Pack& x) { return {abs(x.a_), abs(x.b_)}; }
+    [[nodiscard, gnu::always_inline]] friend Pack maximum(const Pack& x, const Pack& y) {
         return {max(x.a_, y.a_), max(x.b_, y.b_)};
     }
-    [[nodiscard, gnu::always_inline]] friend Pack minimum(const Pack &x, const Pack &y) {
+    [[nodiscard, gnu::always_inline]] friend Pack minimum(const Pack& x, const Pack& y) {
         return {min(x.a_, y.a_), min(x.b_, y.b_)};
     }
-    [[nodiscard, gnu::always_inline]] friend Pack square_root(const Pack &x) { return {sqrt(x.a_), sqrt(x.b_)}; }
+    [[nodiscard, gnu::always_inline]] friend Pack square_root(const Pack& x) { return {sqrt(x.a_), sqrt(x.b_)}; }
     /// 2^n for the integers n that a rounding shift left in the low bits of x (see exponential_of).
-    [[nodiscard, gnu::always_inline]] friend Pack power_of_two_from_bits(const Pack &x) {
-        const auto scale = [](const Register &part) __attribute__((always_inline)) {
+    [[nodiscard, gnu::always_inline]] friend Pack power_of_two_from_bits(const Pack& x) {
+        const auto scale = [](const Register& part) __attribute__((always_inline)) {
             using Integer = detail::IntegerRegister;
             return std::bit_cast<Register>((std::bit_cast<Integer>(part) << 52) + Integer(0x3ff0000000000000LL));
         };
         return {scale(x.a_), scale(x.b_)};
     }
-    [[nodiscard, gnu::always_inline]] friend double sum_of(const Pack &x) { return reduce(x.a_ + x.b_); }
-    [[nodiscard, gnu::always_inline]] friend double largest_of(const Pack &x) { return hmax(max(x.a_, x.b_)); }
-    [[nodiscard, gnu::always_inline]] friend double smallest_of(const Pack &x) { return hmin(min(x.a_, x.b_)); }
+    [[nodiscard, gnu::always_inline]] friend double sum_of(const Pack& x) { return reduce(x.a_ + x.b_); }
+    [[nodiscard, gnu::always_inline]] friend double largest_of(const Pack& x) { return hmax(max(x.a_, x.b_)); }
+    [[nodiscard, gnu::always_inline]] friend double smallest_of(const Pack& x) { return hmin(min(x.a_, x.b_)); }
     [[nodiscard, gnu::always_inline]] double operator[](int lane) const {
         return lane < register_size ? double(a_[static_cast<std::size_t>(lane)])
                                     : double(b_[static_cast<std::size_t>(lane - register_size)]);
@@ -103,7 +113,7 @@ private:
 
 inline constexpr int pack_size = Pack::size;
 
-[[nodiscard, gnu::always_inline]] inline Pack load(const double *p) { return Pack::load(p); }
+[[nodiscard, gnu::always_inline]] inline Pack load(const double* p) { return Pack::load(p); }
 
 /// The type of a comparison between two values of type V.
 template <class V> struct MaskOf { using type = typename V::Mask; };
@@ -140,4 +150,4 @@ template <class V> [[nodiscard, gnu::always_inline]] inline V exponential(V x) {
     return p * power_of_two_from_bits(shifted);
 }
 
-} // namespace ductile
+} // namespace ductile::inline DUCTILE_VECTOR_ABI

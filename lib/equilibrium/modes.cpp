@@ -13,7 +13,7 @@ struct Symmetric {
     double uu, uv, vv;
 };
 
-Symmetric inverse(const Symmetric &s) {
+Symmetric inverse(const Symmetric& s) {
     const double determinant = s.uu * s.vv - s.uv * s.uv;
     return {s.vv / determinant, -s.uv / determinant, s.uu / determinant};
 }
@@ -22,7 +22,7 @@ Symmetric inverse(const Symmetric &s) {
 struct ModeBlocks {
     double uu, vv, a, d, e;
 
-    ModeBlocks(const Grid &grid, const IsotropicElasticity &elasticity, Stiffness stiffness, int k) {
+    ModeBlocks(const Grid& grid, const IsotropicElasticity& elasticity, Stiffness stiffness, int k) {
         const double alpha = elasticity.alpha(), mu = elasticity.shear_modulus;
         const double dy_dx = grid.dy() / grid.dx(), dx_dy = grid.dx() / grid.dy();
         const double half_angle = std::numbers::pi * k / grid.cells_x;
@@ -39,7 +39,7 @@ struct ModeBlocks {
     }
 
     /// U^T P U for a symmetric P.
-    [[nodiscard]] Symmetric eliminated(const Symmetric &p) const {
+    [[nodiscard]] Symmetric eliminated(const Symmetric& p) const {
         const double pu_uu = p.uu * a + p.uv * e, pu_uv = p.uv * d - p.uu * e;
         const double pu_vu = p.uv * a + p.vv * e, pu_vv = p.vv * d - p.uv * e;
         return {a * pu_uu + e * pu_vu, a * pu_uv + e * pu_vv, d * pu_vv - e * pu_uv};
@@ -47,14 +47,14 @@ struct ModeBlocks {
 };
 
 /// Agreement of two inverse pivots to round-off, measured against their size.
-bool agree(const Symmetric &p, const Symmetric &q) {
+bool agree(const Symmetric& p, const Symmetric& q) {
     const double difference = std::max({std::abs(p.uu - q.uu), std::abs(p.uv - q.uv), std::abs(p.vv - q.vv)});
     return difference <= 2.0 * std::numeric_limits<double>::epsilon() * std::min(q.uu, q.vv);
 }
 
 } // namespace
 
-ModeSystems::ModeSystems(const Grid &grid, const IsotropicElasticity &elasticity, Stiffness stiffness) {
+ModeSystems::ModeSystems(const Grid& grid, const IsotropicElasticity& elasticity, Stiffness stiffness) {
     const int modes = grid.cells_x / 2 + 1, blocks = (modes + row_unit - 1) / row_unit;
     const int below = grid.cells_y / 2 - 1, above = grid.cells_y - 1 - grid.cells_y / 2; // rows of the two halves
     const double scale = 2.0 * grid.cells_x;
@@ -65,11 +65,11 @@ ModeSystems::ModeSystems(const Grid &grid, const IsotropicElasticity &elasticity
         int needed = 1;
         for (int lane = 0; lane < row_unit && block * row_unit + lane < modes; ++lane) {
             const ModeBlocks mode(grid, elasticity, stiffness, block * row_unit + lane);
-            Couplings &coupling = couplings_[static_cast<std::size_t>(block)];
+            Couplings& coupling = couplings_[static_cast<std::size_t>(block)];
             coupling.a[lane] = scale * mode.a;
             coupling.d[lane] = scale * mode.d;
             coupling.e[lane] = scale * mode.e;
-            const auto store = [&](Pivots &to, const Symmetric &p) {
+            const auto store = [&](Pivots& to, const Symmetric& p) {
                 to.uu[lane] = p.uu / scale;
                 to.uv[lane] = p.uv / scale;
                 to.vv[lane] = p.vv / scale;
@@ -86,7 +86,7 @@ ModeSystems::ModeSystems(const Grid &grid, const IsotropicElasticity &elasticity
             store(middle_[static_cast<std::size_t>(block)],
                   inverse({mode.uu - e.uu - mirrored.uu, -e.uv + mirrored.uv, mode.vv - e.vv - mirrored.vv}));
             const auto last_apart =
-                std::find_if(inverses.rbegin(), inverses.rend(), [&](const Symmetric &p) { return !agree(p, inverses.back()); });
+                std::find_if(inverses.rbegin(), inverses.rend(), [&](const Symmetric& p) { return !agree(p, inverses.back()); });
             needed = std::max(needed, std::min(above, static_cast<int>(inverses.rend() - last_apart) + 1));
         }
         first_.push_back(static_cast<int>(pivots_.size()));
@@ -100,16 +100,16 @@ std::size_t ModeSystems::memory_bytes() const {
            (first_.size() + stored_.size()) * sizeof(int);
 }
 
-const ModeSystems::Pivots &ModeSystems::pivots(int step, int block) const {
+const ModeSystems::Pivots& ModeSystems::pivots(int step, int block) const {
     const auto b = static_cast<std::size_t>(block);
     return pivots_[static_cast<std::size_t>(first_[b] + std::min(step, stored_[b]) - 1)];
 }
 
 void ModeSystems::eliminate(SpectralRow row, SpectralRow previous, int step, int begin, int end) const {
     for (int block = begin; block < end; ++block) {
-        const Couplings &c = couplings_[static_cast<std::size_t>(block)];
-        const Pivots &p = pivots(step, block);
-        const auto sweep = [&](double *u, double *v, const double *u_previous, const double *v_previous) {
+        const Couplings& c = couplings_[static_cast<std::size_t>(block)];
+        const Pivots& p = pivots(step, block);
+        const auto sweep = [&](double* u, double* v, const double* u_previous, const double* v_previous) {
 #pragma omp simd
             for (int l = 0; l < row_unit; ++l) {
                 const double ru = u[l] - c.a[l] * u_previous[l] - c.e[l] * v_previous[l];
@@ -126,10 +126,10 @@ void ModeSystems::eliminate(SpectralRow row, SpectralRow previous, int step, int
 
 void ModeSystems::meet(SpectralRow middle, SpectralRow below, SpectralRow above, SpectralRow mirrored, int begin, int end) const {
     for (int block = begin; block < end; ++block) {
-        const Couplings &c = couplings_[static_cast<std::size_t>(block)];
-        const Pivots &p = middle_[static_cast<std::size_t>(block)];
-        const auto solve = [&](double *u, double *v, const double *u_below, const double *v_below, const double *u_above,
-                               const double *v_above, double *u_mirrored, double *v_mirrored) {
+        const Couplings& c = couplings_[static_cast<std::size_t>(block)];
+        const Pivots& p = middle_[static_cast<std::size_t>(block)];
+        const auto solve = [&](double* u, double* v, const double* u_below, const double* v_below, const double* u_above,
+                               const double* v_above, double* u_mirrored, double* v_mirrored) {
 #pragma omp simd
             for (int l = 0; l < row_unit; ++l) {
                 const double ru = u[l] - c.a[l] * (u_below[l] + u_above[l]) - c.e[l] * (v_below[l] + v_above[l]);
@@ -149,9 +149,9 @@ void ModeSystems::meet(SpectralRow middle, SpectralRow below, SpectralRow above,
 
 void ModeSystems::substitute(SpectralRow row, SpectralRow next, int step, int begin, int end) const {
     for (int block = begin; block < end; ++block) {
-        const Couplings &c = couplings_[static_cast<std::size_t>(block)];
-        const Pivots &p = pivots(step, block);
-        const auto sweep = [&](double *u, double *v, const double *u_next, const double *v_next) {
+        const Couplings& c = couplings_[static_cast<std::size_t>(block)];
+        const Pivots& p = pivots(step, block);
+        const auto sweep = [&](double* u, double* v, const double* u_next, const double* v_next) {
 #pragma omp simd
             for (int l = 0; l < row_unit; ++l) {
                 const double tu = c.a[l] * u_next[l] - c.e[l] * v_next[l];

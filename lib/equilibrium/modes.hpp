@@ -30,7 +30,7 @@ struct SpectralRow {
 /// Right-hand sides are 2 M times the coefficients (what the transforms deliver); solutions are the coefficients themselves.
 class ModeSystems {
 public:
-    ModeSystems(const Grid &grid, const IsotropicElasticity &elasticity, Stiffness stiffness);
+    ModeSystems(const Grid& grid, const IsotropicElasticity& elasticity, Stiffness stiffness);
 
     [[nodiscard]] int blocks() const { return static_cast<int>(couplings_.size()); }
     [[nodiscard]] int padded_modes() const { return blocks() * row_unit; }
@@ -54,7 +54,7 @@ private:
     struct alignas(alignment) Couplings {
         double a[row_unit], d[row_unit], e[row_unit];
     };
-    [[nodiscard]] const Pivots &pivots(int step, int block) const;
+    [[nodiscard]] const Pivots& pivots(int step, int block) const;
 
     aligned_vector<Couplings> couplings_; ///< one a block
     aligned_vector<Pivots> pivots_;       ///< block after block, rows from the wall inwards

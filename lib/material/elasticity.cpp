@@ -6,7 +6,7 @@
 
 namespace ductile {
 
-void check(const IsotropicElasticity &elasticity) {
+void check(const IsotropicElasticity& elasticity) {
     const auto positive = [](double x) { return x > 0.0 && std::isfinite(x); };
     if (!positive(elasticity.bulk_modulus))
         throw InputError(fmt::format("bulk modulus K = {}: it must be positive and finite", elasticity.bulk_modulus));

@@ -6,8 +6,8 @@
 
 namespace ductile {
 
-void check(const PerzynaParameters &parameters) {
-    const auto fail = [](const char *name, double value, const char *rule) {
+void check(const PerzynaParameters& parameters) {
+    const auto fail = [](const char* name, double value, const char* rule) {
         throw InputError(fmt::format("Perzyna model: {} = {}: it must be {}", name, value, rule));
     };
     if (!(parameters.yield_stress > 0.0 && std::isfinite(parameters.yield_stress)))
@@ -20,7 +20,7 @@ void check(const PerzynaParameters &parameters) {
         fail("overstress exponent", parameters.overstress_exponent, "a whole number from 1 to 100");
 }
 
-PerzynaModel::PerzynaModel(const PerzynaParameters &parameters, const Units &units)
+PerzynaModel::PerzynaModel(const PerzynaParameters& parameters, const Units& units)
     : yield_stress_(parameters.yield_stress / units.stress), hardening_(parameters.hardening_modulus / units.stress),
       reference_rate_(parameters.reference_rate * units.time), exponent_(parameters.overstress_exponent) {
     check(parameters);

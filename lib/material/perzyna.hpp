@@ -13,26 +13,26 @@ struct PerzynaParameters {
     double reference_rate = 1e-2;   ///< D_0 [1/s]
     int overstress_exponent = 1;    ///< n >= 1
 
-    bool operator==(const PerzynaParameters &) const = default;
+    bool operator==(const PerzynaParameters&) const = default;
 };
 
 /// Throws InputError naming the parameter: yield stress and reference rate positive, hardening >= 0, 1 <= n <= 100.
-void check(const PerzynaParameters &parameters);
+void check(const PerzynaParameters& parameters);
 
 /// Perzyna plasticity in natural units; the internal variable is the plastic strain kappa (shear measure, dkappa/dt = D^pl):
 ///   D^pl = D_0 (sbar/Y - 1)^n for sbar >= Y = s_Y + H kappa, else 0.
 class PerzynaModel {
 public:
-    static constexpr const char *internal_name = "plastic_strain";
-    static constexpr const char *internal_unit = "1";
+    static constexpr const char* internal_name = "plastic_strain";
+    static constexpr const char* internal_unit = "1";
 
-    PerzynaModel(const PerzynaParameters &parameters, const Units &units);
+    PerzynaModel(const PerzynaParameters& parameters, const Units& units);
 
-    template <class V> [[nodiscard, gnu::always_inline]] V yield_stress(const V &plastic_strain) const {
+    template <class V> [[nodiscard, gnu::always_inline]] V yield_stress(const V& plastic_strain) const {
         return V(yield_stress_) + V(hardening_) * plastic_strain;
     }
 
-    template <class V> [[nodiscard, gnu::always_inline]] PlasticRates<V> rates(const V &sbar, const V &plastic_strain) const {
+    template <class V> [[nodiscard, gnu::always_inline]] PlasticRates<V> rates(const V& sbar, const V& plastic_strain) const {
         const V overstress = maximum(sbar / yield_stress(plastic_strain) - V(1.0), V(0.0));
         V flow = V(reference_rate_) * overstress;
         for (int k = 1; k < exponent_; ++k)

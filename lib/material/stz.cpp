@@ -11,8 +11,8 @@ namespace {
 constexpr double boltzmann = 1.3806488e-23; // J/K, the value of Table A.3
 }
 
-void check(const StzParameters &parameters) {
-    const std::pair<const char *, double> values[] = {
+void check(const StzParameters& parameters) {
+    const std::pair<const char*, double> values[] = {
         {"yield stress s_Y", parameters.yield_stress},
         {"molecular time tau_0", parameters.molecular_time},
         {"local strain epsilon_0", parameters.local_strain},
@@ -22,12 +22,12 @@ void check(const StzParameters &parameters) {
         {"bath temperature T", parameters.bath_temperature},
         {"steady-state effective temperature chi_inf", parameters.steady_temperature},
         {"formation temperature e_Z/k_B", parameters.formation_temperature}};
-    for (const auto &[name, value] : values)
+    for (const auto& [name, value] : values)
         if (!(value > 0.0 && std::isfinite(value)))
             throw InputError(fmt::format("STZ model: {} = {}: it must be positive and finite", name, value));
 }
 
-StzModel::StzModel(const StzParameters &parameters, const Units &units)
+StzModel::StzModel(const StzParameters& parameters, const Units& units)
     : yield_stress_(parameters.yield_stress / units.stress),
       activation_(parameters.activation_volume * parameters.local_strain * units.stress /
                   (boltzmann * parameters.bath_temperature)),

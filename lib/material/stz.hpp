@@ -17,11 +17,11 @@ struct StzParameters {
     double steady_temperature = 900.0;     ///< chi_inf [K]
     double formation_temperature = 21000.; ///< e_Z/k_B [K]
 
-    bool operator==(const StzParameters &) const = default;
+    bool operator==(const StzParameters&) const = default;
 };
 
 /// Throws InputError naming the parameter unless all are positive and finite.
-void check(const StzParameters &parameters);
+void check(const StzParameters& parameters);
 
 /// STZ plasticity in natural units, App. A; the internal variable is the effective temperature chi:
 ///   D^pl = (t_s/tau_0) exp(-e_Z/(k_B chi)) exp(-Delta/(k_B T)) cosh(a sbar) (1 - s_Y/sbar)  for sbar >= s_Y, else 0, (A.1)-(A.3)
@@ -33,14 +33,14 @@ void check(const StzParameters &parameters);
 /// it is 9e-13 for the parameters of Table A.3.
 class StzModel {
 public:
-    static constexpr const char *internal_name = "effective_temperature";
-    static constexpr const char *internal_unit = "K";
+    static constexpr const char* internal_name = "effective_temperature";
+    static constexpr const char* internal_unit = "K";
 
-    StzModel(const StzParameters &parameters, const Units &units);
+    StzModel(const StzParameters& parameters, const Units& units);
 
-    template <class V> [[nodiscard, gnu::always_inline]] V yield_stress(const V &) const { return V(yield_stress_); }
+    template <class V> [[nodiscard, gnu::always_inline]] V yield_stress(const V&) const { return V(yield_stress_); }
 
-    template <class V> [[nodiscard, gnu::always_inline]] PlasticRates<V> rates(const V &sbar, const V &chi) const {
+    template <class V> [[nodiscard, gnu::always_inline]] PlasticRates<V> rates(const V& sbar, const V& chi) const {
         const V inverse_product = V(1.0) / (sbar * chi); // one division serves both reciprocals
         const V inverse_sbar = inverse_product * chi;
         const V bias = V(activation_) * sbar;

@@ -13,7 +13,7 @@ struct Units {
 
     [[nodiscard]] double velocity() const { return length / time; }
 
-    bool operator==(const Units &) const = default;
+    bool operator==(const Units&) const = default;
 };
 
 } // namespace ductile

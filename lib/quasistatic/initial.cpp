@@ -19,7 +19,7 @@ double square(double x) { return x * x; }
 /// The periodic image of x closest to zero.
 double nearest_image(double x, double period) { return x - period * std::round(x / period); }
 
-template <class F> void fill(const Grid &grid, Field &field, F &&value) {
+template <class F> void fill(const Grid& grid, Field& field, F&& value) {
     for (int j = 0; j < grid.cells_y; ++j) {
         for (int i = 0; i < grid.cells_x; ++i)
             field(i, j) = value(grid.x(i + 0.5), grid.y(j + 0.5));
@@ -27,22 +27,22 @@ template <class F> void fill(const Grid &grid, Field &field, F &&value) {
     }
 }
 
-void fill(const Grid &grid, Field &field, const PaperPattern &pattern) {
+void fill(const Grid& grid, Field& field, const PaperPattern& pattern) {
     constexpr double centres[5][2] = {{0.6, 0.65}, {0.3, 0.3}, {-0.2, -0.4}, {-0.4, 0.0}, {-0.7, -0.6}}; // x_i, s_i of Table C.6
     fill(grid, field, [&](double x, double y) {
         const double xi = 2.0 * x / grid.width, eta = 2.0 * y / grid.height;
         double sum = std::exp(-20.0 * square(0.5 * std::sin(pi * xi) - eta));
-        for (const auto &[centre, s] : centres)
+        for (const auto& [centre, s] : centres)
             sum += std::exp(-20.0 * (square(nearest_image(xi - centre, 2.0)) + square(eta + s)));
         return pattern.base + pattern.amplitude * sum;
     });
 }
 
-void fill(const Grid &grid, Field &field, const Uniform &uniform) {
+void fill(const Grid& grid, Field& field, const Uniform& uniform) {
     fill(grid, field, [&](double, double) { return uniform.value; });
 }
 
-void fill(const Grid &grid, Field &field, const GaussianInclusion &inclusion) {
+void fill(const Grid& grid, Field& field, const GaussianInclusion& inclusion) {
     if (!(inclusion.radius > 0.0))
         throw InputError(fmt::format("initial field 'gaussian': radius {}: it must be positive", inclusion.radius));
     fill(grid, field, [&](double x, double y) {
@@ -68,7 +68,7 @@ private:
 /// f = mean + deviation sum_{k,l} a_k b_l (A_kl cos(K_k x) + B_kl sin(K_k x)) cos(L_l (y - y_wall)), with
 /// a_k^2 ~ exp(-K_k^2 length^2/2): the spectrum of the Gaussian correlation; a and b normalised to unit variance (away from
 /// walls).
-void fill(const Grid &grid, Field &field, const RandomField &random) {
+void fill(const Grid& grid, Field& field, const RandomField& random) {
     const double length = random.correlation_length;
     if (!(random.deviation >= 0.0))
         throw InputError(fmt::format("initial field 'random': deviation {}: it must not be negative", random.deviation));
@@ -87,7 +87,7 @@ void fill(const Grid &grid, Field &field, const RandomField &random) {
             a.push_back(power);
             sum += power;
         }
-        for (double &power : a)
+        for (double& power : a)
             power = std::sqrt(power / sum);
         return a;
     };
@@ -128,9 +128,9 @@ void fill(const Grid &grid, Field &field, const RandomField &random) {
 
 } // namespace
 
-Field initial_internal(const Grid &grid, const InitialInternal &initial, double lower_bound) {
+Field initial_internal(const Grid& grid, const InitialInternal& initial, double lower_bound) {
     Field field(grid.cells_y, grid.cells_x);
-    std::visit([&](const auto &pattern) { fill(grid, field, pattern); }, initial);
+    std::visit([&](const auto& pattern) { fill(grid, field, pattern); }, initial);
     for (int j = 0; j < grid.cells_y; ++j)
         for (int i = 0; i < grid.cells_x; ++i)
             if (!(field(i, j) >= lower_bound) || !std::isfinite(field(i, j)))

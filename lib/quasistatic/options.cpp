@@ -9,9 +9,9 @@ namespace ductile::quasistatic {
 namespace {
 
 /// Half the height: the L of the paper, whose domain is [-L, L]^2.
-double length_unit(const Options &o) { return 0.5 * o.height; }
+double length_unit(const Options& o) { return 0.5 * o.height; }
 
-Units natural_units(const Options &o) {
+Units natural_units(const Options& o) {
     Units units;
     units.length = length_unit(o);
     units.stress = o.yield_stress;
@@ -19,7 +19,7 @@ Units natural_units(const Options &o) {
     return units;
 }
 
-void declare_domain(io::Program &program, Options &o) {
+void declare_domain(io::Program& program, Options& o) {
     const auto help = [](std::string meaning, std::string units = {}, io::Limits allowed = io::any_number) {
         return io::OptionHelp{"Domain", std::move(meaning), std::move(units), allowed};
     };
@@ -33,7 +33,7 @@ void declare_domain(io::Program &program, Options &o) {
                         "s, m/s"));
 }
 
-void declare_material(io::Program &program, Options &o) {
+void declare_material(io::Program& program, Options& o) {
     const auto help = [](std::string meaning, std::string units = {}, io::Limits allowed = io::positive) {
         return io::OptionHelp{"Material", std::move(meaning), std::move(units), allowed};
     };
@@ -58,7 +58,7 @@ void declare_material(io::Program &program, Options &o) {
                    help("with or without advection and spin"));
 }
 
-void declare_initial(io::Program &program, Options &o) {
+void declare_initial(io::Program& program, Options& o) {
     const auto help = [](std::string meaning, std::string units = {}, io::Limits allowed = io::any_number) {
         return io::OptionHelp{"Initial effective temperature (or plastic strain)", std::move(meaning), std::move(units), allowed};
     };
@@ -78,7 +78,7 @@ void declare_initial(io::Program &program, Options &o) {
     program.option("--initial-seed", o.initial_seed, help("seed of the random field", "", io::not_negative));
 }
 
-void declare_time(io::Program &program, Options &o) {
+void declare_time(io::Program& program, Options& o) {
     const auto help = [](std::string meaning, std::string units = {}, io::Limits allowed = io::positive) {
         return io::OptionHelp{"Time integration", std::move(meaning), std::move(units), allowed};
     };
@@ -105,7 +105,7 @@ void declare_time(io::Program &program, Options &o) {
                    help("one-point stiffness (exact projection), or the fully integrated one of the paper (S.20)"));
 }
 
-void declare_output(io::Program &program, Options &o) {
+void declare_output(io::Program& program, Options& o) {
     const auto help = [](std::string meaning, std::string units = {}, io::Limits allowed = io::positive) {
         return io::OptionHelp{"Run", std::move(meaning), std::move(units), allowed};
     };
@@ -116,7 +116,7 @@ void declare_output(io::Program &program, Options &o) {
 
 } // namespace
 
-void declare(io::Program &program, Options &options) {
+void declare(io::Program& program, Options& options) {
     declare_domain(program, options);
     declare_material(program, options);
     declare_initial(program, options);
@@ -124,7 +124,7 @@ void declare(io::Program &program, Options &options) {
     declare_output(program, options);
 }
 
-Scene make_scene(const Options &o) {
+Scene make_scene(const Options& o) {
     const Units units = natural_units(o);
     const auto plasticity = [&]() -> Plasticity {
         if (o.plasticity == PlasticityChoice::perzyna) {
@@ -140,7 +140,7 @@ Scene make_scene(const Options &o) {
     WallHistory walls = o.wall_history.empty() ? WallHistory(std::vector<WallKnot>{{0.0, {o.wall_velocity, 0.0}}})
                                                : parse_wall_history(o.wall_history);
     std::vector<WallKnot> knots = walls.knots();
-    for (WallKnot &knot : knots)
+    for (WallKnot& knot : knots)
         knot = {knot.time / units.time, {knot.velocity.u / units.velocity(), knot.velocity.v / units.velocity()}};
     Scene scene{
         .units = units,
@@ -153,7 +153,7 @@ Scene make_scene(const Options &o) {
     return scene;
 }
 
-Field make_initial_internal(const Options &o, const Scene &scene) {
+Field make_initial_internal(const Options& o, const Scene& scene) {
     const double value = scene.units.temperature, length = scene.units.length;
     const double base = o.initial_base / value, amplitude = o.initial_amplitude / value;
     const auto initial = [&]() -> InitialInternal {
@@ -174,11 +174,11 @@ Field make_initial_internal(const Options &o, const Scene &scene) {
     return initial_internal(scene.grid, initial(), lowest);
 }
 
-StepControl make_step_control(const Options &o, const Scene &scene) {
+StepControl make_step_control(const Options& o, const Scene& scene) {
     const double unit = scene.units.time;
     if (o.step == StepChoice::adaptive) {
         AdaptiveStepOptions adaptive = o.adaptive;
-        for (double *step : {&adaptive.first_step, &adaptive.smallest_step, &adaptive.largest_step})
+        for (double* step : {&adaptive.first_step, &adaptive.smallest_step, &adaptive.largest_step})
             *step /= unit;
         if (!(adaptive.smallest_step <= adaptive.largest_step))
             throw InputError(fmt::format("--dt-min {} exceeds --dt-max {}", o.adaptive.smallest_step, o.adaptive.largest_step));
@@ -188,25 +188,25 @@ StepControl make_step_control(const Options &o, const Scene &scene) {
         return StepControl(scene.grid, 0.5e4 * std::sqrt(scene.grid.cell_area()), o.pointwise);
     try {
         return StepControl(scene.grid, io::parse_number(o.dt, io::positive) / unit, o.pointwise);
-    } catch (const InputError &error) {
+    } catch (const InputError& error) {
         throw InputError(fmt::format("--dt {}: {}; or auto for the paper's 0.5e4 t_s h/L", o.dt, error.what()));
     }
 }
 
-RunOptions make_run_options(const Options &o) {
+RunOptions make_run_options(const Options& o) {
     return {.duration_s = o.duration, .snapshots_s = o.snapshots, .history_every = o.history_every};
 }
 
-double expected_solves(const Options &o, const StepControl &control, const Units &units) {
+double expected_solves(const Options& o, const StepControl& control, const Units& units) {
     const double longest = o.step == StepChoice::fixed ? control.planned_step() : o.adaptive.largest_step / units.time;
     return o.duration / units.time / longest;
 }
 
-std::string describe(const Options &o, const Scene &scene, const ProjectionStepper &stepper, std::string_view solver_name,
+std::string describe(const Options& o, const Scene& scene, const ProjectionStepper& stepper, std::string_view solver_name,
                      int threads) {
-    const Grid &g = scene.grid;
+    const Grid& g = scene.grid;
     const double strain_rate = scene.walls.after(0.0).u / (0.5 * g.height) / scene.units.time;
-    const char *schemes[] = {"first-order projection, forward Euler", "first-order projection, substepped plasticity",
+    const char* schemes[] = {"first-order projection, forward Euler", "first-order projection, substepped plasticity",
                              "second-order incremental projection"};
     const std::string unknowns =
         fmt::format("{} velocities, {} cell values", 2LL * g.cells_x * (g.cells_y - 1), 5LL * g.cells_x * g.cells_y);

@@ -50,19 +50,19 @@ struct Options {
 };
 
 /// Declares them all, grouped by topic.
-void declare(io::Program &program, Options &options);
+void declare(io::Program& program, Options& options);
 
 /// The scene in natural units. Throws InputError for impossible values.
-[[nodiscard]] Scene make_scene(const Options &options);
-[[nodiscard]] Field make_initial_internal(const Options &options, const Scene &scene);
+[[nodiscard]] Scene make_scene(const Options& options);
+[[nodiscard]] Field make_initial_internal(const Options& options, const Scene& scene);
 /// Fixed or adaptive steps in natural units. Throws InputError when --dt is not "auto" or a positive number.
-[[nodiscard]] StepControl make_step_control(const Options &options, const Scene &scene);
-[[nodiscard]] RunOptions make_run_options(const Options &options);
+[[nodiscard]] StepControl make_step_control(const Options& options, const Scene& scene);
+[[nodiscard]] RunOptions make_run_options(const Options& options);
 /// Number of elliptic solves the run is expected to take, for the planning of transforms.
-[[nodiscard]] double expected_solves(const Options &options, const StepControl &control, const Units &units);
+[[nodiscard]] double expected_solves(const Options& options, const StepControl& control, const Units& units);
 
 /// The lines before a run: grid, unknowns, material with the physical strain rate, scheme, memory, threads.
-[[nodiscard]] std::string describe(const Options &options, const Scene &scene, const ProjectionStepper &stepper,
+[[nodiscard]] std::string describe(const Options& options, const Scene& scene, const ProjectionStepper& stepper,
                                    std::string_view solver_name, int threads);
 
 } // namespace ductile::quasistatic

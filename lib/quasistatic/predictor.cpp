@@ -13,17 +13,17 @@ namespace {
 
 using PointState = std::array<Pack, 4>; // s, tau, q, internal; p only follows its source
 
-[[gnu::always_inline]] inline Pack deviatoric_square(const PointState &y) {
+[[gnu::always_inline]] inline Pack deviatoric_square(const PointState& y) {
     return y[0] * y[0] + y[1] * y[1] + Pack(3.0) * (y[2] * y[2]);
 }
 
 /// Rate of (s, tau, q, internal): frozen sources minus the plastic relaxation -C : D^pl = -2 mu (D^pl/sbar) sigma_0, Eq. (20).
 template <class M> struct PointRate {
-    const M &model;
+    const M& model;
     const Pack two_mu;
     const PointState source;
 
-    [[gnu::always_inline]] PointState operator()(const PointState &y) const {
+    [[gnu::always_inline]] PointState operator()(const PointState& y) const {
         // the bound keeps 0/0 away from points without stress
         const Pack sbar = maximum(square_root(deviatoric_square(y)), Pack(1e-150));
         const auto rates = model.rates(sbar, y[3]);
@@ -35,19 +35,19 @@ template <class M> struct PointRate {
 
 /// Whether sbar stays below yield on the straight path from y to y + dt source.
 template <class M>
-[[gnu::always_inline]] inline Pack::Mask stays_elastic(const M &model, const PointState &y, const PointState &end) {
+[[gnu::always_inline]] inline Pack::Mask stays_elastic(const M& model, const PointState& y, const PointState& end) {
     const Pack yield = minimum(model.yield_stress(y[3]), model.yield_stress(end[3]));
     return maximum(deviatoric_square(y), deviatoric_square(end)) < yield * yield;
 }
 
 template <class M, Predictor predictor, bool transported> class Sweep {
 public:
-    Sweep(const Scene &scene, const M &model, const CellState &now, const VectorField &velocity, double dt,
-          const Rk21Options &options, CellState &next)
+    Sweep(const Scene& scene, const M& model, const CellState& now, const VectorField& velocity, double dt,
+          const Rk21Options& options, CellState& next)
         : scene_(scene), model_(model), now_(now), velocity_(velocity), dt_(dt), options_(options), next_(next),
           half_inverse_dx_(0.5 / scene.grid.dx()), half_inverse_dy_(0.5 / scene.grid.dy()) {}
 
-    void row(int j, Rk21Counts &counts) const {
+    void row(int j, Rk21Counts& counts) const {
         const int columns = scene_.grid.cells_x;
         const int whole = columns - columns % pack_size;
         int i = 0;
@@ -55,12 +55,12 @@ public:
             pack(i, j, Pack::Mask(true), counts);
         if (i < columns) // lanes beyond the last column hold copies: computed, not counted
             pack(i, j, Pack::counting_from(i) < Pack(static_cast<double>(columns)), counts);
-        for (Field *f : {&next_.stress.p, &next_.stress.s, &next_.stress.tau, &next_.stress.q, &next_.internal})
+        for (Field* f : {&next_.stress.p, &next_.stress.s, &next_.stress.tau, &next_.stress.q, &next_.internal})
             f->wrap_row(j);
     }
 
 private:
-    [[gnu::always_inline]] void pack(int i, int j, const Pack::Mask &real_cells, Rk21Counts &counts) const {
+    [[gnu::always_inline]] void pack(int i, int j, const Pack::Mask& real_cells, Rk21Counts& counts) const {
         const double *p = now_.stress.p.row(j) + i, *s = now_.stress.s.row(j) + i, *tau = now_.stress.tau.row(j) + i;
         const double *q = now_.stress.q.row(j) + i, *internal = now_.internal.row(j) + i;
         PointState y{load(s), load(tau), load(q), load(internal)};
@@ -111,23 +111,23 @@ private:
         store(end[3], next_.internal.row(j) + i);
     }
 
-    [[gnu::always_inline]] Pack advection(const double *f, const Pack &u, const Pack &v) const {
+    [[gnu::always_inline]] Pack advection(const double* f, const Pack& u, const Pack& v) const {
         return advection_rate(f, now_.internal.stride(), u, v, half_inverse_dx_, half_inverse_dy_);
     }
 
-    const Scene &scene_;
-    const M &model_;
-    const CellState &now_;
-    const VectorField &velocity_;
+    const Scene& scene_;
+    const M& model_;
+    const CellState& now_;
+    const VectorField& velocity_;
     double dt_;
-    const Rk21Options &options_;
-    CellState &next_;
+    const Rk21Options& options_;
+    CellState& next_;
     double half_inverse_dx_, half_inverse_dy_;
 };
 
 template <class M, Predictor predictor, bool transported>
-PredictorReport sweep(const Scene &scene, const M &model, const CellState &now, const VectorField &velocity, double dt,
-                      const Rk21Options &options, CellState &next, VectorField &force) {
+PredictorReport sweep(const Scene& scene, const M& model, const CellState& now, const VectorField& velocity, double dt,
+                      const Rk21Options& options, CellState& next, VectorField& force) {
     const Sweep<M, predictor, transported> cells(scene, model, now, velocity, dt, options, next);
     PredictorReport report;
 #pragma omp parallel
@@ -153,21 +153,21 @@ PredictorReport sweep(const Scene &scene, const M &model, const CellState &now, 
 }
 
 template <class M, Predictor predictor>
-PredictorReport choose_model(const Scene &scene, const M &model, CellState &now, const VectorField &velocity, double dt,
-                             const Rk21Options &options, CellState &next, VectorField &force) {
+PredictorReport choose_model(const Scene& scene, const M& model, CellState& now, const VectorField& velocity, double dt,
+                             const Rk21Options& options, CellState& next, VectorField& force) {
     if (scene.model == Model::reduced)
         return sweep<M, predictor, false>(scene, model, now, velocity, dt, options, next, force);
-    for (Field *f : {&now.stress.p, &now.stress.s, &now.stress.tau, &now.stress.q, &now.internal})
+    for (Field* f : {&now.stress.p, &now.stress.s, &now.stress.tau, &now.stress.q, &now.internal})
         extrapolate_to_ghost_rows(*f);
     return sweep<M, predictor, true>(scene, model, now, velocity, dt, options, next, force);
 }
 
 } // namespace
 
-PredictorReport predict(const Scene &scene, Predictor predictor, CellState &now, const VectorField &velocity, double dt,
-                        const Rk21Options &options, CellState &next, VectorField &force) {
+PredictorReport predict(const Scene& scene, Predictor predictor, CellState& now, const VectorField& velocity, double dt,
+                        const Rk21Options& options, CellState& next, VectorField& force) {
     return std::visit(
-        [&](const auto &model) {
+        [&](const auto& model) {
             using M = std::decay_t<decltype(model)>;
             switch (predictor) {
             case Predictor::euler:

@@ -26,7 +26,7 @@ struct PredictorReport {
 /// closed form. In the same sweep, while the rows are in cache, `force` receives -B^T sigma*/dt on rows 1 .. N-1.
 ///
 /// `now` is not changed but for its ghost rows; `next` gets sigma* and chi* with images wrapped.
-[[nodiscard]] PredictorReport predict(const Scene &scene, Predictor predictor, CellState &now, const VectorField &velocity,
-                                      double dt, const Rk21Options &options, CellState &next, VectorField &force);
+[[nodiscard]] PredictorReport predict(const Scene& scene, Predictor predictor, CellState& now, const VectorField& velocity,
+                                      double dt, const Rk21Options& options, CellState& next, VectorField& force);
 
 } // namespace ductile::quasistatic

@@ -10,10 +10,10 @@ namespace ductile::quasistatic {
 namespace {
 
 /// Adds dt C : (D(phi) + wall) to cell row j; returns the row's sum of sbar_P^2/mu^2 + p_P^2/(K mu).
-double correct_row(const Scene &scene, const VectorField &phi, const StressPack &wall_rate, double dt, int j,
-                   StressField &stress) {
-    const Grid &grid = scene.grid;
-    const IsotropicElasticity &c = scene.elasticity;
+double correct_row(const Scene& scene, const VectorField& phi, const StressPack& wall_rate, double dt, int j,
+                   StressField& stress) {
+    const Grid& grid = scene.grid;
+    const IsotropicElasticity& c = scene.elasticity;
     const double half_inverse_dx = 0.5 / grid.dx(), half_inverse_dy = 0.5 / grid.dy();
     const Pack deviatoric_weight(dt * dt / (c.shear_modulus * c.shear_modulus));
     const Pack pressure_weight(dt * dt / (c.bulk_modulus * c.shear_modulus));
@@ -22,8 +22,8 @@ double correct_row(const Scene &scene, const VectorField &phi, const StressPack 
         const Corners u(phi.u.row(j) + i, phi.u.row(j + 1) + i);
         const Corners v(phi.v.row(j) + i, phi.v.row(j + 1) + i);
         const StressPack rate = elastic_rate(c, velocity_gradient(u, v, half_inverse_dx, half_inverse_dy));
-        const auto add = [&](Field &field, const Pack &correction, const Pack &wall) {
-            double *f = field.row(j) + i;
+        const auto add = [&](Field& field, const Pack& correction, const Pack& wall) {
+            double* f = field.row(j) + i;
             store(load(f) + Pack(dt) * (correction + wall), f);
         };
         add(stress.p, rate.p, wall_rate.p);
@@ -37,17 +37,17 @@ double correct_row(const Scene &scene, const VectorField &phi, const StressPack 
             measure = select(Pack::counting_from(i) < Pack(static_cast<double>(grid.cells_x)), measure, Pack(0.0));
         sum = sum + measure;
     }
-    for (Field *f : {&stress.p, &stress.s, &stress.tau, &stress.q})
+    for (Field* f : {&stress.p, &stress.s, &stress.tau, &stress.q})
         f->wrap_row(j);
     return sum_of(sum);
 }
 
 } // namespace
 
-Projection::Projection(const Scene &scene, EquilibriumSolver &solver)
+Projection::Projection(const Scene& scene, EquilibriumSolver& solver)
     : scene_(&scene), solver_(&solver), row_measure_(static_cast<std::size_t>(scene.grid.cells_y)) {}
 
-double Projection::apply(VectorField &force, const WallVelocity &wall_gradient, double dt, CellState &cells) {
+double Projection::apply(VectorField& force, const WallVelocity& wall_gradient, double dt, CellState& cells) {
     Timer timer;
     solver_->solve(force, WallData::zero);
     ++solves_;
@@ -66,8 +66,8 @@ double Projection::apply(VectorField &force, const WallVelocity &wall_gradient, 
     return std::sqrt(sum * scene_->grid.cell_area() / scene_->grid.area());
 }
 
-double equilibrium_residual(const Scene &scene, const CellState &cells) {
-    const Grid &grid = scene.grid;
+double equilibrium_residual(const Scene& scene, const CellState& cells) {
+    const Grid& grid = scene.grid;
     VectorField force{Field(grid.cells_y + 1, grid.cells_x), Field(grid.cells_y + 1, grid.cells_x)};
     divergence(grid, cells.stress, 1.0, force);
     double largest_force = 0.0, largest_stress = 0.0;

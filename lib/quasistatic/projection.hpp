@@ -15,7 +15,7 @@ namespace ductile::quasistatic {
 /// in. With K = B^T C B the result satisfies B^T sigma = 0 to round-off.
 class Projection {
 public:
-    Projection(const Scene &scene, EquilibriumSolver &solver);
+    Projection(const Scene& scene, EquilibriumSolver& solver);
 
     /// `force` holds -B^T sigma*/dt on entry and the velocity correction phi on exit; `cells` goes from sigma* to sigma_{n+1}.
     /// Returns the size of the projection, Q* (below). Throws RunError when the stress is not finite.
@@ -23,15 +23,15 @@ public:
     /// Q* is the dimensionless elastic strain of the correction sigma_P = dt C : D(phi):
     ///   Q*^2 = 1/|Omega| integral of (sbar_P^2/mu^2 + p_P^2/(K mu)) dA  = <sigma_P, sigma_P>/(|Omega| mu), Eq. (19).
     /// The paper's (51)-(55) equals sqrt(6 K/|Omega|) Q*, in whatever units K and |Omega| are counted.
-    double apply(VectorField &force, const WallVelocity &wall_gradient, double dt, CellState &cells);
+    double apply(VectorField& force, const WallVelocity& wall_gradient, double dt, CellState& cells);
 
     [[nodiscard]] double solve_seconds() const { return solve_seconds_; }
     [[nodiscard]] double update_seconds() const { return update_seconds_; }
     [[nodiscard]] long long solves() const { return solves_; }
 
 private:
-    const Scene *scene_;
-    EquilibriumSolver *solver_;
+    const Scene* scene_;
+    EquilibriumSolver* solver_;
     std::vector<double> row_measure_;
     double solve_seconds_ = 0.0, update_seconds_ = 0.0;
     long long solves_ = 0;
@@ -39,6 +39,6 @@ private:
 
 /// max |B^T sigma| over interior corners, divided by (largest |sigma| component times the longer cell side): the relative
 /// residual of discrete equilibrium.
-[[nodiscard]] double equilibrium_residual(const Scene &scene, const CellState &cells);
+[[nodiscard]] double equilibrium_residual(const Scene& scene, const CellState& cells);
 
 } // namespace ductile::quasistatic

@@ -14,11 +14,11 @@ namespace ductile::quasistatic {
 
 namespace {
 
-io::ArrayView view(const Field &field) { return {field.row(0), field.rows(), field.columns(), field.stride()}; }
+io::ArrayView view(const Field& field) { return {field.row(0), field.rows(), field.columns(), field.stride()}; }
 
 /// The fields of a state by their names in checkpoints; `State` is const or not.
-template <class S> auto named_fields(S &state) {
-    auto &[p, s, tau, q] = state.cells.stress;
+template <class S> auto named_fields(S& state) {
+    auto& [p, s, tau, q] = state.cells.stress;
     return std::array{std::pair{"p", &p},
                       std::pair{"s", &s},
                       std::pair{"tau", &tau},
@@ -28,7 +28,7 @@ template <class S> auto named_fields(S &state) {
                       std::pair{"velocity_y", &state.velocity.v}};
 }
 
-std::vector<std::string> history_columns(const std::string &internal, const std::string &unit) {
+std::vector<std::string> history_columns(const std::string& internal, const std::string& unit) {
     const std::string suffix = unit == "1" ? "" : "_" + unit;
     return {"time_s",
             "step",
@@ -47,11 +47,11 @@ std::vector<std::string> history_columns(const std::string &internal, const std:
 /// Everything a run writes, in SI.
 class Recorder {
 public:
-    Recorder(const Scene &scene, const RunOptions &options, const io::Program &program, const io::OutputFolder &folder,
-             const io::CheckpointReader *checkpoint, double start_s)
+    Recorder(const Scene& scene, const RunOptions& options, const io::Program& program, const io::OutputFolder& folder,
+             const io::CheckpointReader* checkpoint, double start_s)
         : scene_(scene), program_(program), folder_(folder),
-          internal_name_(std::visit([](const auto &m) { return std::string(m.internal_name); }, scene.plasticity)),
-          internal_unit_(std::visit([](const auto &m) { return std::string(m.internal_unit); }, scene.plasticity)),
+          internal_name_(std::visit([](const auto& m) { return std::string(m.internal_name); }, scene.plasticity)),
+          internal_unit_(std::visit([](const auto& m) { return std::string(m.internal_unit); }, scene.plasticity)),
           snapshots_(folder.fields(), program.name(),
                      {scene.grid.cells_x, scene.grid.cells_y, scene.grid.width * scene.units.length,
                       scene.grid.height * scene.units.length, scene.grid.x(0) * scene.units.length,
@@ -64,9 +64,9 @@ public:
             history_.restore(checkpoint->history());
     }
 
-    void snapshot(const State &state) {
-        const Units &u = scene_.units;
-        const CellState &cells = state.cells;
+    void snapshot(const State& state) {
+        const Units& u = scene_.units;
+        const CellState& cells = state.cells;
         Field magnitude(scene_.grid.cells_y, scene_.grid.cells_x);
         for (int j = 0; j < magnitude.rows(); ++j)
             for (int i = 0; i < magnitude.columns(); ++i) {
@@ -85,8 +85,8 @@ public:
         snapshots_.write(state.time * u.time, state.step, fields);
     }
 
-    void row(const State &state, double dt, double projection_measure) {
-        const Units &u = scene_.units;
+    void row(const State& state, double dt, double projection_measure) {
+        const Units& u = scene_.units;
         const Observables o = observe(scene_, state.cells);
         const double strain = scene_.walls.displacement(state.time).u / (0.5 * scene_.grid.height);
         history_.append({state.time * u.time, static_cast<double>(state.step), dt * u.time, strain, o.wall_traction * u.stress,
@@ -95,18 +95,18 @@ public:
                          projection_measure});
     }
 
-    void progress(const State &state, const StepControl::Step &step) {
+    void progress(const State& state, const StepControl::Step& step) {
         progress_.update({state.time * scene_.units.time, state.step, step.dt * scene_.units.time, to_string(step.limit)});
     }
 
-    void checkpoint(const State &state, const StepControl &control, const std::map<std::string, std::int64_t> &counters) {
+    void checkpoint(const State& state, const StepControl& control, const std::map<std::string, std::int64_t>& counters) {
         io::Checkpoint content{.program = program_.name(), .format = checkpoint_format, .config = program_.config_text()};
         content.scalars = {{"time", state.time}, {"planned_step", control.planned_step()}};
         content.counters = counters;
         content.counters["step"] = state.step;
         content.counters["cells_x"] = scene_.grid.cells_x;
         content.counters["cells_y"] = scene_.grid.cells_y;
-        for (const auto &[name, field] : named_fields(state))
+        for (const auto& [name, field] : named_fields(state))
             content.arrays.emplace_back(name, view(*field));
         content.history = &history_.table();
         io::write_checkpoint(folder_.checkpoint(), content);
@@ -119,9 +119,9 @@ public:
     }
 
 private:
-    const Scene &scene_;
-    const io::Program &program_;
-    const io::OutputFolder &folder_;
+    const Scene& scene_;
+    const io::Program& program_;
+    const io::OutputFolder& folder_;
     std::string internal_name_, internal_unit_;
     io::SnapshotWriter snapshots_;
     io::History history_;
@@ -130,13 +130,13 @@ private:
 
 } // namespace
 
-State read_state(const io::CheckpointReader &checkpoint, const Grid &grid) {
+State read_state(const io::CheckpointReader& checkpoint, const Grid& grid) {
     checkpoint.require_cells({grid.cells_x, grid.cells_y});
     State state{.cells = CellState(grid),
                 .velocity = {Field(grid.cells_y + 1, grid.cells_x), Field(grid.cells_y + 1, grid.cells_x)},
                 .time = checkpoint.scalar("time"),
                 .step = checkpoint.counter("step")};
-    for (const auto &[name, field] : named_fields(state)) {
+    for (const auto& [name, field] : named_fields(state)) {
         checkpoint.read_array(name, {field->row(0), field->rows(), field->columns(), field->stride()});
         for (int j = 0; j < field->rows(); ++j)
             field->wrap_row(j);
@@ -144,9 +144,9 @@ State read_state(const io::CheckpointReader &checkpoint, const Grid &grid) {
     return state;
 }
 
-io::RunStatus run(const Scene &scene, ProjectionStepper &stepper, StepControl &control, const RunOptions &options,
-                  const io::Program &program, const io::OutputFolder &folder, const io::CheckpointReader *checkpoint,
-                  io::RunSummary &summary) {
+io::RunStatus run(const Scene& scene, ProjectionStepper& stepper, StepControl& control, const RunOptions& options,
+                  const io::Program& program, const io::OutputFolder& folder, const io::CheckpointReader* checkpoint,
+                  io::RunSummary& summary) {
     const double unit = scene.units.time;
     const double end = options.duration_s / unit;
     const double start = stepper.state().time;
@@ -164,7 +164,7 @@ io::RunStatus run(const Scene &scene, ProjectionStepper &stepper, StepControl &c
     std::map<std::string, std::int64_t> counters{{"pointwise_substeps", 0}, {"rejected_substeps", 0}, {"elliptic_solves", 0}};
     if (checkpoint) {
         control.restore_planned_step(checkpoint->scalar("planned_step"));
-        for (auto &[name, value] : counters)
+        for (auto& [name, value] : counters)
             value = checkpoint->counter(name);
     }
 

@@ -22,13 +22,13 @@ struct RunOptions {
 inline constexpr int checkpoint_format = 1;
 
 /// The state a checkpoint holds. Throws InputError when it has another grid.
-[[nodiscard]] State read_state(const io::CheckpointReader &checkpoint, const Grid &grid);
+[[nodiscard]] State read_state(const io::CheckpointReader& checkpoint, const Grid& grid);
 
 /// Steps `stepper` to the end: snapshots, history, progress, checkpoints; a signal ends the run with a checkpoint.
 /// `checkpoint` (or null) is what the run goes on from: it restores the step control, the history and the counters.
 /// Fills in `summary`. Throws RunError when a step fails; what was written before is kept.
-[[nodiscard]] io::RunStatus run(const Scene &scene, ProjectionStepper &stepper, StepControl &control, const RunOptions &options,
-                                const io::Program &program, const io::OutputFolder &folder,
-                                const io::CheckpointReader *checkpoint, io::RunSummary &summary);
+[[nodiscard]] io::RunStatus run(const Scene& scene, ProjectionStepper& stepper, StepControl& control, const RunOptions& options,
+                                const io::Program& program, const io::OutputFolder& folder,
+                                const io::CheckpointReader* checkpoint, io::RunSummary& summary);
 
 } // namespace ductile::quasistatic

@@ -7,13 +7,13 @@
 
 namespace ductile::quasistatic {
 
-CellState::CellState(const Grid &grid) {
-    for (Field *f : {&stress.p, &stress.s, &stress.tau, &stress.q, &internal})
+CellState::CellState(const Grid& grid) {
+    for (Field* f : {&stress.p, &stress.s, &stress.tau, &stress.q, &internal})
         *f = Field(grid.cells_y, grid.cells_x, 2);
 }
 
-State initial_state(const Scene &scene, const Field &internal) {
-    const Grid &grid = scene.grid;
+State initial_state(const Scene& scene, const Field& internal) {
+    const Grid& grid = scene.grid;
     State state{.cells = CellState(grid),
                 .velocity = {Field(grid.cells_y + 1, grid.cells_x), Field(grid.cells_y + 1, grid.cells_x)}};
     for (int j = 0; j < grid.cells_y; ++j) {
@@ -24,13 +24,13 @@ State initial_state(const Scene &scene, const Field &internal) {
     return state;
 }
 
-void add_affine_velocity(const Grid &grid, const WallVelocity &change, VectorField &velocity) {
+void add_affine_velocity(const Grid& grid, const WallVelocity& change, VectorField& velocity) {
     for (int j = 0; j <= grid.cells_y; ++j) {
         const double y = static_cast<double>(2 * j - grid.cells_y) / grid.cells_y;
-        for (const auto &[field, amplitude] : {std::pair{&velocity.u, change.u}, std::pair{&velocity.v, change.v}}) {
+        for (const auto& [field, amplitude] : {std::pair{&velocity.u, change.u}, std::pair{&velocity.v, change.v}}) {
             if (amplitude == 0.0)
                 continue;
-            double *row = field->row(j);
+            double* row = field->row(j);
             for (int i = 0; i < grid.cells_x; ++i)
                 row[i] += amplitude * y;
             field->wrap_row(j);
@@ -47,7 +47,7 @@ struct RowSums {
     long long plastic = 0;
 };
 
-template <PlasticityModel M> RowSums observe_row(const M &model, const CellState &cells, int j) {
+template <PlasticityModel M> RowSums observe_row(const M& model, const CellState& cells, int j) {
     const double *p = cells.stress.p.row(j), *s = cells.stress.s.row(j), *tau = cells.stress.tau.row(j);
     const double *q = cells.stress.q.row(j), *internal = cells.internal.row(j);
     const Pack columns(static_cast<double>(cells.internal.columns()));
@@ -77,11 +77,11 @@ template <PlasticityModel M> RowSums observe_row(const M &model, const CellState
 
 } // namespace
 
-Observables observe(const Scene &scene, const CellState &cells) {
-    const Grid &grid = scene.grid;
+Observables observe(const Scene& scene, const CellState& cells) {
+    const Grid& grid = scene.grid;
     std::vector<RowSums> rows(static_cast<std::size_t>(grid.cells_y));
     std::visit(
-        [&](const auto &model) {
+        [&](const auto& model) {
 #pragma omp parallel for schedule(static)
             for (int j = 0; j < grid.cells_y; ++j)
                 rows[static_cast<std::size_t>(j)] = observe_row(model, cells, j);
@@ -90,7 +90,7 @@ Observables observe(const Scene &scene, const CellState &cells) {
 
     // summed row after row, so that the result does not depend on the number of threads
     RowSums total;
-    for (const RowSums &row : rows) {
+    for (const RowSums& row : rows) {
         total.tau += row.tau;
         total.yy += row.yy;
         total.magnitude += row.magnitude;

@@ -30,7 +30,7 @@ struct CellState {
     Field internal;     ///< [N][M], the model's internal variable
 
     CellState() = default;
-    explicit CellState(const Grid &grid);
+    explicit CellState(const Grid& grid);
 };
 
 /// The whole state of a run.
@@ -42,11 +42,11 @@ struct State {
 };
 
 /// State at rest in stress: zero stress, affine velocity between the walls (Sec. 8), given initial internal variable [N][M].
-[[nodiscard]] State initial_state(const Scene &scene, const Field &internal);
+[[nodiscard]] State initial_state(const Scene& scene, const Field& internal);
 
 /// Adds the affine field of two walls whose velocities change by `change` (upper) and -`change` (lower):
 /// velocity(y) += change * 2 y/height.
-void add_affine_velocity(const Grid &grid, const WallVelocity &change, VectorField &velocity);
+void add_affine_velocity(const Grid& grid, const WallVelocity& change, VectorField& velocity);
 
 /// Scalars that describe a state, in natural units.
 struct Observables {
@@ -58,6 +58,6 @@ struct Observables {
     double largest_internal = 0.0;
     double plastic_fraction = 0.0; ///< share of cells at or above yield
 };
-[[nodiscard]] Observables observe(const Scene &scene, const CellState &cells);
+[[nodiscard]] Observables observe(const Scene& scene, const CellState& cells);
 
 } // namespace ductile::quasistatic

@@ -5,7 +5,7 @@
 
 namespace ductile::quasistatic {
 
-const char *to_string(StepLimit limit) {
+const char* to_string(StepLimit limit) {
     switch (limit) {
     case StepLimit::fixed:
         return "fixed";
@@ -23,10 +23,10 @@ const char *to_string(StepLimit limit) {
     return "";
 }
 
-StepControl::StepControl(const Grid &grid, double fixed_step, const PointwiseTolerance &pointwise)
+StepControl::StepControl(const Grid& grid, double fixed_step, const PointwiseTolerance& pointwise)
     : cell_area_(grid.cell_area()), pointwise_(pointwise), planned_(fixed_step) {}
 
-StepControl::StepControl(const Grid &grid, const AdaptiveStepOptions &adaptive, const PointwiseTolerance &pointwise)
+StepControl::StepControl(const Grid& grid, const AdaptiveStepOptions& adaptive, const PointwiseTolerance& pointwise)
     : cell_area_(grid.cell_area()), adaptive_(adaptive), pointwise_(pointwise), planned_(adaptive.first_step),
       limit_(StepLimit::growth) {}
 
@@ -39,10 +39,10 @@ StepControl::Step StepControl::next(double time, double target) const {
     return {.dt = planned_, .end = time + planned_, .limit = limit_};
 }
 
-void StepControl::update(const Step &step, double projection_measure) {
+void StepControl::update(const Step& step, double projection_measure) {
     if (!adaptive_)
         return;
-    const AdaptiveStepOptions &a = *adaptive_;
+    const AdaptiveStepOptions& a = *adaptive_;
     const double tolerance = *projection_tolerance();
     const double by_projection =
         projection_measure > 0.0 ? a.safety * std::sqrt(tolerance / projection_measure) : a.largest_growth;

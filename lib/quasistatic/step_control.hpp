@@ -24,16 +24,16 @@ struct PointwiseTolerance {
 
 /// Why a step has its length; shown in the progress line.
 enum class StepLimit { fixed, projection, growth, largest, smallest, output };
-[[nodiscard]] const char *to_string(StepLimit limit);
+[[nodiscard]] const char* to_string(StepLimit limit);
 
 /// Chooses the steps of a run: fixed or by Q*; every step is cut so that it lands exactly on the next target time
 /// (snapshots, knots of the wall history, the end).
 class StepControl {
 public:
     /// Fixed steps of length dt.
-    StepControl(const Grid &grid, double fixed_step, const PointwiseTolerance &pointwise);
+    StepControl(const Grid& grid, double fixed_step, const PointwiseTolerance& pointwise);
     /// Adaptive steps.
-    StepControl(const Grid &grid, const AdaptiveStepOptions &adaptive, const PointwiseTolerance &pointwise);
+    StepControl(const Grid& grid, const AdaptiveStepOptions& adaptive, const PointwiseTolerance& pointwise);
 
     struct Step {
         double dt = 0.0;
@@ -44,7 +44,7 @@ public:
     /// The next step from `time` towards `target` > time.
     [[nodiscard]] Step next(double time, double target) const;
     /// Takes the projection measure of the step just made, Eq. (56).
-    void update(const Step &step, double projection_measure);
+    void update(const Step& step, double projection_measure);
 
     /// Tolerances A and R of the pointwise integration for a step of length dt, Secs. 8.1, 8.2 (F h^2/L^2 when adaptive).
     [[nodiscard]] Rk21Options pointwise_options(double dt) const;

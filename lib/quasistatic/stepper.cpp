@@ -9,16 +9,16 @@ namespace ductile::quasistatic {
 
 namespace {
 
-VectorField corner_field(const Grid &grid) {
+VectorField corner_field(const Grid& grid) {
     return {Field(grid.cells_y + 1, grid.cells_x), Field(grid.cells_y + 1, grid.cells_x)};
 }
 
-void add_rows(const VectorField &from, VectorField &to) {
+void add_rows(const VectorField& from, VectorField& to) {
 #pragma omp parallel for schedule(static)
     for (int j = 0; j < to.u.rows(); ++j)
-        for (const auto &[source, target] : {std::pair{&from.u, &to.u}, std::pair{&from.v, &to.v}}) {
-            const double *f = source->row(j);
-            double *g = target->row(j);
+        for (const auto& [source, target] : {std::pair{&from.u, &to.u}, std::pair{&from.v, &to.v}}) {
+            const double* f = source->row(j);
+            double* g = target->row(j);
             for (int i = -2; i < target->padded_columns() + 3; ++i)
                 g[i] += f[i];
         }
@@ -26,12 +26,12 @@ void add_rows(const VectorField &from, VectorField &to) {
 
 } // namespace
 
-ProjectionStepper::ProjectionStepper(const Scene &scene, Predictor predictor, std::unique_ptr<EquilibriumSolver> solver,
+ProjectionStepper::ProjectionStepper(const Scene& scene, Predictor predictor, std::unique_ptr<EquilibriumSolver> solver,
                                      State state)
     : scene_(scene), predictor_(predictor), solver_(std::move(solver)), projection_(scene, *solver_), state_(std::move(state)),
       next_(scene.grid), correction_(corner_field(scene.grid)) {}
 
-StepReport ProjectionStepper::step(double dt, double end, const Rk21Options &options) {
+StepReport ProjectionStepper::step(double dt, double end, const Rk21Options& options) {
     Timer timer;
     const int top = scene_.grid.cells_y;
     const WallVelocity wall = scene_.walls.mean(state_.time, end);
@@ -39,7 +39,7 @@ StepReport ProjectionStepper::step(double dt, double end, const Rk21Options &opt
     if (change != WallVelocity{})
         add_affine_velocity(scene_.grid, change, state_.velocity);
 
-    const auto fail = [&](const char *what) {
+    const auto fail = [&](const char* what) {
         return RunError(
             fmt::format("step {} at t = {:.6g} s with dt = {:.3g} s: {}. The step is too large for this scene or the material "
                         "data are extreme: use a smaller --dt (fixed steps) or --tolerance (adaptive steps)",
@@ -56,7 +56,7 @@ StepReport ProjectionStepper::step(double dt, double end, const Rk21Options &opt
     const WallVelocity wall_gradient = incremental ? WallVelocity{} : WallVelocity{wall.u / half_height, wall.v / half_height};
     try {
         report.projection_measure = projection_.apply(correction_, wall_gradient, dt, next_);
-    } catch (const RunError &error) {
+    } catch (const RunError& error) {
         throw fail(error.what());
     }
     timer.lap();
@@ -77,8 +77,8 @@ PhaseSeconds ProjectionStepper::phase_seconds() const {
 }
 
 std::size_t ProjectionStepper::memory_bytes() const {
-    const Field &cell = next_.internal;
-    const Field &corner = correction_.u;
+    const Field& cell = next_.internal;
+    const Field& corner = correction_.u;
     return 10 * cell.storage().size() * sizeof(double) + 4 * corner.storage().size() * sizeof(double) + solver_->memory_bytes();
 }
 

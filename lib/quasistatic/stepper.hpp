@@ -27,21 +27,21 @@ struct PhaseSeconds {
 class ProjectionStepper {
 public:
     /// Keeps references to `scene`; owns the solver and all buffers. `state` is the state to go on from.
-    ProjectionStepper(const Scene &scene, Predictor predictor, std::unique_ptr<EquilibriumSolver> solver, State state);
+    ProjectionStepper(const Scene& scene, Predictor predictor, std::unique_ptr<EquilibriumSolver> solver, State state);
 
     /// One step of length dt > 0 to the time `end` (which may differ from the sum by round-off: steps land on targets). `options`
     /// are the tolerances of the pointwise integration. Throws RunError (where, when, what to change) when the result is not
     /// finite.
-    StepReport step(double dt, double end, const Rk21Options &options);
+    StepReport step(double dt, double end, const Rk21Options& options);
 
-    [[nodiscard]] const State &state() const { return state_; }
+    [[nodiscard]] const State& state() const { return state_; }
     [[nodiscard]] PhaseSeconds phase_seconds() const;
     [[nodiscard]] long long elliptic_solves() const { return projection_.solves(); }
     /// Bytes of state, buffers and solver.
     [[nodiscard]] std::size_t memory_bytes() const;
 
 private:
-    const Scene &scene_;
+    const Scene& scene_;
     Predictor predictor_;
     std::unique_ptr<EquilibriumSolver> solver_;
     Projection projection_;

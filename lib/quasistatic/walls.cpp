@@ -11,12 +11,12 @@ namespace ductile::quasistatic {
 
 namespace {
 
-WallVelocity interpolate(const WallKnot &a, const WallKnot &b, double time) {
+WallVelocity interpolate(const WallKnot& a, const WallKnot& b, double time) {
     const double w = (time - a.time) / (b.time - a.time);
     return {a.velocity.u + w * (b.velocity.u - a.velocity.u), a.velocity.v + w * (b.velocity.v - a.velocity.v)};
 }
 
-void add_trapezoid(WallVelocity &sum, const WallVelocity &a, const WallVelocity &b, double length) {
+void add_trapezoid(WallVelocity& sum, const WallVelocity& a, const WallVelocity& b, double length) {
     sum.u += 0.5 * length * (a.u + b.u);
     sum.v += 0.5 * length * (a.v + b.v);
 }
@@ -27,7 +27,7 @@ WallHistory::WallHistory(std::vector<WallKnot> knots) : knots_(std::move(knots))
     if (knots_.empty())
         throw InputError("the wall history has no knot: give at least one time:velocity pair");
     for (std::size_t k = 0; k < knots_.size(); ++k) {
-        const auto &[time, velocity] = knots_[k];
+        const auto& [time, velocity] = knots_[k];
         if (!std::isfinite(time) || !std::isfinite(velocity.u) || !std::isfinite(velocity.v))
             throw InputError(fmt::format("wall history, knot {}: time {} and velocity ({}, {}) must be finite", k + 1, time,
                                          velocity.u, velocity.v));
@@ -41,7 +41,7 @@ WallHistory::WallHistory(std::vector<WallKnot> knots) : knots_(std::move(knots))
 
 WallVelocity WallHistory::after(double time) const {
     const auto next =
-        std::upper_bound(knots_.begin(), knots_.end(), time, [](double t, const WallKnot &k) { return t < k.time; });
+        std::upper_bound(knots_.begin(), knots_.end(), time, [](double t, const WallKnot& k) { return t < k.time; });
     if (next == knots_.begin())
         return knots_.front().velocity;
     if (next == knots_.end())
@@ -51,14 +51,14 @@ WallVelocity WallHistory::after(double time) const {
 
 WallVelocity WallHistory::mean(double from, double to) const {
     const WallVelocity first = after(from);
-    const auto inside = [&](const WallKnot &k) { return k.time > from && k.time < to; };
+    const auto inside = [&](const WallKnot& k) { return k.time > from && k.time < to; };
     if (std::none_of(knots_.begin(), knots_.end(), inside) && next_knot(from) == std::numeric_limits<double>::infinity())
         return first; // constant: returned to the last bit, so that walls at rest in the frame of the step need no work
 
     // integral over the pieces between knots; a knot at `to` closes the last piece from its left side
     WallVelocity sum, value = first;
     double time = from;
-    for (const WallKnot &knot : knots_) {
+    for (const WallKnot& knot : knots_) {
         if (knot.time <= from || time >= to)
             continue;
         const double end = std::min(knot.time, to);
@@ -81,7 +81,7 @@ WallVelocity WallHistory::displacement(double time) const {
 
 double WallHistory::next_knot(double time) const {
     const auto next =
-        std::upper_bound(knots_.begin(), knots_.end(), time, [](double t, const WallKnot &k) { return t < k.time; });
+        std::upper_bound(knots_.begin(), knots_.end(), time, [](double t, const WallKnot& k) { return t < k.time; });
     return next == knots_.end() ? std::numeric_limits<double>::infinity() : next->time;
 }
 
@@ -99,8 +99,8 @@ WallHistory parse_wall_history(std::string_view text) {
         rest = comma == std::string_view::npos ? std::string_view{} : rest.substr(comma + 1);
         double values[3] = {0.0, 0.0, 0.0};
         int count = 0;
-        const char *cursor = part.data();
-        const char *const end = part.data() + part.size();
+        const char* cursor = part.data();
+        const char* const end = part.data() + part.size();
         while (count < 3) {
             const auto [stop, status] = std::from_chars(cursor, end, values[count]);
             if (status != std::errc{})

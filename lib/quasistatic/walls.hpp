@@ -9,7 +9,7 @@ struct WallVelocity {
     double u = 0.0;
     double v = 0.0;
 
-    bool operator==(const WallVelocity &) const = default;
+    bool operator==(const WallVelocity&) const = default;
 };
 
 /// A knot of the piecewise-linear history. Two knots at one time are a jump.
@@ -17,7 +17,7 @@ struct WallKnot {
     double time = 0.0;
     WallVelocity velocity;
 
-    bool operator==(const WallKnot &) const = default;
+    bool operator==(const WallKnot&) const = default;
 };
 
 /// Piecewise-linear velocity of the walls, constant before the first and after the last knot. Any consistent units.
@@ -35,7 +35,7 @@ public:
     /// Smallest knot time that lies after `time`, infinity if there is none: steps land on it.
     [[nodiscard]] double next_knot(double time) const;
 
-    [[nodiscard]] const std::vector<WallKnot> &knots() const { return knots_; }
+    [[nodiscard]] const std::vector<WallKnot>& knots() const { return knots_; }
 
 private:
     std::vector<WallKnot> knots_;

@@ -25,14 +25,14 @@ public:
     [[nodiscard]] int padded_columns() const { return stride_ - 2 * row_unit; }
     [[nodiscard]] int stride() const { return stride_; }
 
-    [[nodiscard]] double *row(int j) { return values_.data() + offset(j); }
-    [[nodiscard]] const double *row(int j) const { return values_.data() + offset(j); }
-    [[nodiscard]] double &operator()(int i, int j) { return row(j)[i]; }
+    [[nodiscard]] double* row(int j) { return values_.data() + offset(j); }
+    [[nodiscard]] const double* row(int j) const { return values_.data() + offset(j); }
+    [[nodiscard]] double& operator()(int i, int j) { return row(j)[i]; }
     [[nodiscard]] double operator()(int i, int j) const { return row(j)[i]; }
 
     /// Fills the periodic images of row j: two columns to the left, everything to padded_columns() + 2 to the right.
     void wrap_row(int j) {
-        double *f = row(j);
+        double* f = row(j);
         f[-1] = f[columns_ - 1];
         f[-2] = f[columns_ >= 2 ? columns_ - 2 : 0];
         for (int i = columns_; i < padded_columns() + 3; ++i)
@@ -40,7 +40,7 @@ public:
     }
 
     /// The whole storage, ghosts and images included (for copies and bitwise comparisons).
-    [[nodiscard]] const aligned_vector<double> &storage() const { return values_; }
+    [[nodiscard]] const aligned_vector<double>& storage() const { return values_; }
 
 private:
     [[nodiscard]] std::size_t offset(int j) const {

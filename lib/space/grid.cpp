@@ -6,7 +6,7 @@
 
 namespace ductile {
 
-void check(const Grid &grid) {
+void check(const Grid& grid) {
     if (grid.cells_x < 4 || grid.cells_y < 4)
         throw InputError(
             fmt::format("--cells {}x{}: at least 4 cells are needed in each direction (the upwind stencil spans five)",

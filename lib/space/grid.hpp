@@ -19,11 +19,11 @@ struct Grid {
     [[nodiscard]] double x(double i) const { return -0.5 * width + i * dx(); }
     [[nodiscard]] double y(double j) const { return -0.5 * height + j * dy(); }
 
-    bool operator==(const Grid &) const = default;
+    bool operator==(const Grid&) const = default;
 };
 
 /// Throws InputError, naming the option, unless there are at least 4 x 4 cells (the ENO stencil) and the rectangle has positive
 /// sides.
-void check(const Grid &grid);
+void check(const Grid& grid);
 
 } // namespace ductile

@@ -11,7 +11,7 @@ int main() {
     grid.cells_x = 1;
     try {
         ductile::check(grid);
-    } catch (const ductile::InputError &error) {
+    } catch (const ductile::InputError& error) {
         fmt::print("refused with status {}\n", error.exit_status());
         return 0;
     }
