@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <fftw3.h>
 #include <fmt/format.h>
 #include <mutex>
@@ -13,29 +14,36 @@
 namespace ductile {
 namespace {
 
-/// Eight doubles, and the same at any address; compilers cut them to the vectors of the target.
-using Lanes = double __attribute__((vector_size(alignment)));
-using UnalignedLanes = double __attribute__((vector_size(alignment), aligned(alignof(double)), may_alias));
-
 /// The planner of FFTW is not thread-safe.
 std::mutex planner;
 
+/// Four doubles: compilers cut or join them to the vectors of the target. Loaded and stored by reference, because the ABI of
+/// vectors as arguments depends on the instruction set.
+using Lanes = double __attribute__((vector_size(16)));
+constexpr int lanes = 2;
+inline void load(Lanes& x, const double* from) { std::memcpy(&x, from, sizeof x); }
+inline void store(const Lanes& x, double* to) { std::memcpy(to, &x, sizeof x); }
+
 /// u and i v of the modes from W: W_k + conj(W_{-k}) and W_k - conj(W_{-k}). Here and below W holds M + 1 complex numbers, the
-/// last a copy of the first.
-void split(const double *w, int cells, SpectralRow row) {
+/// last a copy of the first. Compilers do not vectorise the reversed access to W_{-k}: hence the shuffles.
+void split(const double* w, int cells, SpectralRow row) {
     const int modes = cells / 2 + 1;
     int k = 0;
-    for (; k + row_unit <= modes; k += row_unit) {
-        const auto *plus = reinterpret_cast<const UnalignedLanes *>(w + 2 * k);
-        const auto *minus = reinterpret_cast<const UnalignedLanes *>(w + 2 * (cells - k - row_unit + 1));
-        const Lanes plus_re = __builtin_shufflevector(plus[0], plus[1], 0, 2, 4, 6, 8, 10, 12, 14);
-        const Lanes plus_im = __builtin_shufflevector(plus[0], plus[1], 1, 3, 5, 7, 9, 11, 13, 15);
-        const Lanes minus_re = __builtin_shufflevector(minus[0], minus[1], 14, 12, 10, 8, 6, 4, 2, 0);
-        const Lanes minus_im = __builtin_shufflevector(minus[0], minus[1], 15, 13, 11, 9, 7, 5, 3, 1);
-        *reinterpret_cast<UnalignedLanes *>(row.u_re + k) = plus_re + minus_re;
-        *reinterpret_cast<UnalignedLanes *>(row.u_im + k) = plus_im - minus_im;
-        *reinterpret_cast<UnalignedLanes *>(row.v_re + k) = plus_re - minus_re;
-        *reinterpret_cast<UnalignedLanes *>(row.v_im + k) = plus_im + minus_im;
+    for (; k + lanes <= modes; k += lanes) {
+        const double *plus = w + 2 * k, *minus = w + 2 * (cells - k - lanes + 1);
+        Lanes plus0, plus1, minus0, minus1;
+        load(plus0, plus);
+        load(plus1, plus + lanes);
+        load(minus0, minus);
+        load(minus1, minus + lanes);
+        const Lanes plus_re = __builtin_shufflevector(plus0, plus1, 0, 2);
+        const Lanes plus_im = __builtin_shufflevector(plus0, plus1, 1, 3);
+        const Lanes minus_re = __builtin_shufflevector(minus0, minus1, 2, 0);
+        const Lanes minus_im = __builtin_shufflevector(minus0, minus1, 3, 1);
+        store(plus_re + minus_re, row.u_re + k);
+        store(plus_im - minus_im, row.u_im + k);
+        store(plus_re - minus_re, row.v_re + k);
+        store(plus_im + minus_im, row.v_im + k);
     }
     for (; k < modes; ++k) {
         const double *plus = w + 2 * k, *minus = w + 2 * (cells - k);
@@ -47,21 +55,21 @@ void split(const double *w, int cells, SpectralRow row) {
 }
 
 /// W from u and i v: W_k = u + i v, W_{-k} = conj(u - i v).
-void join(SpectralRow row, int cells, double *w) {
+void join(SpectralRow row, int cells, double* w) {
     const int modes = cells / 2 + 1;
     int k = 0;
-    for (; k + row_unit <= modes; k += row_unit) {
-        const Lanes u_re = *reinterpret_cast<const UnalignedLanes *>(row.u_re + k);
-        const Lanes u_im = *reinterpret_cast<const UnalignedLanes *>(row.u_im + k);
-        const Lanes v_re = *reinterpret_cast<const UnalignedLanes *>(row.v_re + k);
-        const Lanes v_im = *reinterpret_cast<const UnalignedLanes *>(row.v_im + k);
+    for (; k + lanes <= modes; k += lanes) {
+        Lanes u_re, u_im, v_re, v_im;
+        load(u_re, row.u_re + k);
+        load(u_im, row.u_im + k);
+        load(v_re, row.v_re + k);
+        load(v_im, row.v_im + k);
         const Lanes plus_re = u_re + v_re, plus_im = u_im + v_im, minus_re = u_re - v_re, minus_im = v_im - u_im;
-        auto *plus = reinterpret_cast<UnalignedLanes *>(w + 2 * k);
-        auto *minus = reinterpret_cast<UnalignedLanes *>(w + 2 * (cells - k - row_unit + 1));
-        minus[0] = __builtin_shufflevector(minus_re, minus_im, 7, 15, 6, 14, 5, 13, 4, 12);
-        minus[1] = __builtin_shufflevector(minus_re, minus_im, 3, 11, 2, 10, 1, 9, 0, 8);
-        plus[0] = __builtin_shufflevector(plus_re, plus_im, 0, 8, 1, 9, 2, 10, 3, 11);
-        plus[1] = __builtin_shufflevector(plus_re, plus_im, 4, 12, 5, 13, 6, 14, 7, 15);
+        double *plus = w + 2 * k, *minus = w + 2 * (cells - k - lanes + 1);
+        store(__builtin_shufflevector(minus_re, minus_im, 1, 3), minus);
+        store(__builtin_shufflevector(minus_re, minus_im, 0, 2), minus + lanes);
+        store(__builtin_shufflevector(plus_re, plus_im, 0, 2), plus);
+        store(__builtin_shufflevector(plus_re, plus_im, 1, 3), plus + lanes);
     }
     for (; k < modes; ++k) {
         double *plus = w + 2 * k, *minus = w + 2 * (cells - k);
@@ -87,7 +95,7 @@ struct Scratch {
 
 class FourierSolver final : public EquilibriumSolver {
 public:
-    explicit FourierSolver(const EquilibriumProblem &problem)
+    explicit FourierSolver(const EquilibriumProblem& problem)
         : cells_x_(problem.grid.cells_x), cells_y_(problem.grid.cells_y), middle_(cells_y_ / 2),
           systems_(problem.grid, problem.elasticity, problem.stiffness),
           outside_(static_cast<std::size_t>(16 * systems_.padded_modes())) {
@@ -95,8 +103,8 @@ public:
         // Measured plans save about 0.6 ns a cell and solve, and cost about 0.5 ms times M.
         const unsigned effort = problem.expected_solves * cells_y_ > 1e6 ? FFTW_MEASURE : FFTW_ESTIMATE;
         const Scratch s = scratch(0);
-        auto *const nodes = reinterpret_cast<fftw_complex *>(s.nodes);
-        auto *const modes = reinterpret_cast<fftw_complex *>(s.modes);
+        auto* const nodes = reinterpret_cast<fftw_complex*>(s.nodes);
+        auto* const modes = reinterpret_cast<fftw_complex*>(s.modes);
         {
             const std::lock_guard lock(planner);
             to_modes_.reset(fftw_plan_dft_1d(cells_x_, nodes, modes, FFTW_FORWARD, effort));
@@ -106,7 +114,7 @@ public:
             throw RunError(fmt::format("FFTW cannot plan a complex transform of length {}", cells_x_));
     }
 
-    void solve(VectorField &field, WallData walls) override {
+    void solve(VectorField& field, WallData walls) override {
         check_shape(field);
         provide_scratch(thread_count());
         set_walls(field, walls);
@@ -140,22 +148,22 @@ private:
     /// The four spectral rows that have no place in the field: walls, middle row, mirrored middle row.
     [[nodiscard]] SpectralRow outside(int which) {
         const int n = systems_.padded_modes();
-        double *const start = outside_.data() + 4 * which * n;
+        double* const start = outside_.data() + 4 * which * n;
         return {start, start + n, start + 2 * n, start + 3 * n};
     }
     /// Coefficients live in the place of their node row, halo included, which has room for them whatever M is.
-    [[nodiscard]] SpectralRow coefficients(VectorField &field, int j) {
+    [[nodiscard]] SpectralRow coefficients(VectorField& field, int j) {
         if (j == middle_)
             return outside(2);
-        double *const u = field.u.row(j) - row_unit;
-        double *const v = field.v.row(j) - row_unit;
+        double* const u = field.u.row(j) - row_unit;
+        double* const v = field.v.row(j) - row_unit;
         return {u, u + systems_.padded_modes(), v, v + systems_.padded_modes()};
     }
     /// The upper half is solved as the mirror image of the lower: with -v.
     [[nodiscard]] double sign_of_v(int j) const { return j > middle_ ? -1.0 : 1.0; }
 
     /// One thread or two: each half in one go, rows stay in cache between transform and sweep.
-    double sweep_fused(VectorField &field) {
+    double sweep_fused(VectorField& field) {
         const int thread = omp_get_thread_num(), team = omp_get_num_threads(), blocks = systems_.blocks();
         double checksum = 0.0;
         for (int h = 0; h < 2; ++h)
@@ -185,7 +193,7 @@ private:
     }
 
     /// More threads: rows are shared out for the transforms, halves and blocks of modes for the sweeps.
-    double sweep_in_turns(VectorField &field) {
+    double sweep_in_turns(VectorField& field) {
         const int shares = (omp_get_num_threads() + 1) / 2;
         const auto blocks = [&](int share) { return share_of_rows(systems_.blocks(), share, shares); };
         double checksum = 0.0;
@@ -212,37 +220,37 @@ private:
     }
 
     /// `row` = 2 M times the coefficients of node row j.
-    void forward(const VectorField &field, int j, SpectralRow row) {
+    void forward(const VectorField& field, int j, SpectralRow row) {
         const Scratch s = scratch(omp_get_thread_num());
         const double *u = field.u.row(j), *v = field.v.row(j), sign = sign_of_v(j);
         for (int i = 0; i < cells_x_; ++i) {
             s.nodes[2 * i] = u[i];
             s.nodes[2 * i + 1] = sign * v[i];
         }
-        fftw_execute_dft(to_modes_.get(), reinterpret_cast<fftw_complex *>(s.nodes), reinterpret_cast<fftw_complex *>(s.modes));
+        fftw_execute_dft(to_modes_.get(), reinterpret_cast<fftw_complex*>(s.nodes), reinterpret_cast<fftw_complex*>(s.modes));
         std::copy_n(s.modes, 2, s.modes + 2 * cells_x_);
         split(s.modes, cells_x_, row);
     }
 
-    void eliminate(VectorField &field, const Half &half, int step, int begin, int end) {
+    void eliminate(VectorField& field, const Half& half, int step, int begin, int end) {
         const SpectralRow previous = step == 1 ? half.data : coefficients(field, half.row(step - 1));
         systems_.eliminate(coefficients(field, half.row(step)), previous, step, begin, end);
     }
 
-    void meet(VectorField &field, int begin, int end) {
+    void meet(VectorField& field, int begin, int end) {
         systems_.meet(outside(2), coefficients(field, middle_ - 1), coefficients(field, middle_ + 1), outside(3), begin, end);
     }
 
-    void substitute(VectorField &field, const Half &half, int step, int begin, int end) {
+    void substitute(VectorField& field, const Half& half, int step, int begin, int end) {
         const SpectralRow next = step == half.rows ? half.solution : coefficients(field, half.row(step + 1));
         systems_.substitute(coefficients(field, half.row(step)), next, step, begin, end);
     }
 
     /// Node row j from its coefficients, images wrapped. Returns the sum of its values, which is finite only if they are.
-    double backward(VectorField &field, int j) {
+    double backward(VectorField& field, int j) {
         const Scratch s = scratch(omp_get_thread_num());
         join(coefficients(field, j), cells_x_, s.modes);
-        fftw_execute_dft(to_nodes_.get(), reinterpret_cast<fftw_complex *>(s.modes), reinterpret_cast<fftw_complex *>(s.nodes));
+        fftw_execute_dft(to_nodes_.get(), reinterpret_cast<fftw_complex*>(s.modes), reinterpret_cast<fftw_complex*>(s.nodes));
         double *u = field.u.row(j), *v = field.v.row(j), sum = 0.0;
         const double sign = sign_of_v(j);
 #pragma omp simd reduction(+ : sum)
@@ -256,18 +264,18 @@ private:
     }
 
     /// Coefficients went into the halo too: what wrap_row() leaves alone there is zero again.
-    static void wrap(VectorField &field, int j) {
-        for (Field *f : {&field.u, &field.v}) {
+    static void wrap(VectorField& field, int j) {
+        for (Field* f : {&field.u, &field.v}) {
             std::fill_n(f->row(j) - row_unit, row_unit, 0.0);
             std::fill_n(f->row(j) + f->padded_columns(), row_unit, 0.0);
             f->wrap_row(j);
         }
     }
 
-    void set_walls(VectorField &field, WallData walls) {
+    void set_walls(VectorField& field, WallData walls) {
         for (int h : {0, 1}) {
             const int j = half(h).wall, n = 4 * systems_.padded_modes();
-            double *const data = half(h).data.u_re;
+            double* const data = half(h).data.u_re;
             if (walls == WallData::given) {
                 forward(field, j, half(h).data);
                 std::transform(data, data + n, data, [this](double w) { return w / (2.0 * cells_x_); });
@@ -280,8 +288,8 @@ private:
         }
     }
 
-    void check_shape(const VectorField &field) const {
-        for (const Field *f : {&field.u, &field.v})
+    void check_shape(const VectorField& field) const {
+        for (const Field* f : {&field.u, &field.v})
             if (f->rows() != cells_y_ + 1 || f->columns() != cells_x_)
                 throw InputError(
                     fmt::format("equilibrium: a field of {} rows and {} columns was given, a grid of {} x {} cells has "
@@ -292,7 +300,7 @@ private:
     /// W needs one number more than the nodes, see split().
     [[nodiscard]] int scratch_size() const { return round_up_to_row_unit(2 * cells_x_) + round_up_to_row_unit(2 * cells_x_ + 2); }
     [[nodiscard]] Scratch scratch(int thread) {
-        double *const start = scratch_.data() + static_cast<std::ptrdiff_t>(thread) * scratch_size();
+        double* const start = scratch_.data() + static_cast<std::ptrdiff_t>(thread) * scratch_size();
         return {start, start + round_up_to_row_unit(2 * cells_x_)};
     }
     void provide_scratch(int threads) {
@@ -310,7 +318,7 @@ private:
 
 } // namespace
 
-std::unique_ptr<EquilibriumSolver> make_fourier_solver(const EquilibriumProblem &problem) {
+std::unique_ptr<EquilibriumSolver> make_fourier_solver(const EquilibriumProblem& problem) {
     check(problem.grid);
     check(problem.elasticity);
     return std::make_unique<FourierSolver>(problem);

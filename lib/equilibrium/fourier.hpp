@@ -17,6 +17,6 @@ namespace ductile {
 /// Any M >= 4 and N >= 4, fastest when M has small prime factors only. Memory besides the field: pivots, a few MB.
 /// Throws InputError for an impossible grid or elasticity, RunError when FFTW cannot plan; solve() throws InputError when the
 /// field does not have the shape of the grid. A solver must not be used by two callers at once.
-[[nodiscard]] std::unique_ptr<EquilibriumSolver> make_fourier_solver(const EquilibriumProblem &problem);
+[[nodiscard]] std::unique_ptr<EquilibriumSolver> make_fourier_solver(const EquilibriumProblem& problem);
 
 } // namespace ductile

@@ -4,7 +4,7 @@
 
 namespace ductile {
 
-Stencil::Stencil(const Grid &grid, const IsotropicElasticity &elasticity, Stiffness stiffness) {
+Stencil::Stencil(const Grid& grid, const IsotropicElasticity& elasticity, Stiffness stiffness) {
     const double alpha = elasticity.alpha(), beta = elasticity.beta(), mu = elasticity.shear_modulus;
     const double dy_dx = grid.dy() / grid.dx(), dx_dy = grid.dx() / grid.dy();
     const double m = neighbour_mass(stiffness);
@@ -18,7 +18,7 @@ Stencil::Stencil(const Grid &grid, const IsotropicElasticity &elasticity, Stiffn
         }
 }
 
-CellStiffness cell_stiffness(const Grid &grid, const IsotropicElasticity &elasticity, Stiffness stiffness) {
+CellStiffness cell_stiffness(const Grid& grid, const IsotropicElasticity& elasticity, Stiffness stiffness) {
     const double alpha = elasticity.alpha(), beta = elasticity.beta(), mu = elasticity.shear_modulus;
     const double dy_dx = grid.dy() / grid.dx(), dx_dy = grid.dx() / grid.dy();
     const double neighbour = neighbour_mass(stiffness), own = 0.5 - neighbour;
@@ -37,7 +37,7 @@ CellStiffness cell_stiffness(const Grid &grid, const IsotropicElasticity &elasti
     return k;
 }
 
-void apply(const Stencil &stencil, const VectorField &w, VectorField &f) {
+void apply(const Stencil& stencil, const VectorField& w, VectorField& f) {
     const int columns = w.u.columns(), walls = w.u.rows() - 1;
     for (int j : {0, walls}) {
         std::copy_n(w.u.row(j), columns, f.u.row(j));
@@ -48,7 +48,7 @@ void apply(const Stencil &stencil, const VectorField &w, VectorField &f) {
             double fx = 0.0, fy = 0.0;
             for (int b = -1; b <= 1; ++b)
                 for (int a = -1; a <= 1; ++a) {
-                    const StiffnessBlock &k = stencil.block(a, b);
+                    const StiffnessBlock& k = stencil.block(a, b);
                     fx += k.xx * w.u(i + a, j + b) + k.xy * w.v(i + a, j + b);
                     fy += k.yx * w.u(i + a, j + b) + k.yy * w.v(i + a, j + b);
                 }

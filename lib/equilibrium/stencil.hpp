@@ -32,8 +32,8 @@ using CellStiffness = std::array<std::array<double, 8>, 8>;
 /// which for m = 1/6 are the entries of (S.20).
 class Stencil {
 public:
-    Stencil(const Grid &grid, const IsotropicElasticity &elasticity, Stiffness stiffness);
-    [[nodiscard]] const StiffnessBlock &block(int a, int b) const {
+    Stencil(const Grid& grid, const IsotropicElasticity& elasticity, Stiffness stiffness);
+    [[nodiscard]] const StiffnessBlock& block(int a, int b) const {
         return blocks_[static_cast<std::size_t>(3 * (b + 1) + a + 1)];
     }
 
@@ -47,11 +47,11 @@ private:
 }
 
 /// The stiffness of one cell; the assembly of four of them gives the stencil.
-[[nodiscard]] CellStiffness cell_stiffness(const Grid &grid, const IsotropicElasticity &elasticity, Stiffness stiffness);
+[[nodiscard]] CellStiffness cell_stiffness(const Grid& grid, const IsotropicElasticity& elasticity, Stiffness stiffness);
 
 /// f = K w on rows 1 .. N-1 of a grid periodic in x; rows 0 and N, the walls, are copied, so that solving with WallData::given
 /// takes f back to w. Both fields are N + 1 rows of M values; the images of w must be wrapped, those of f are on exit.
 /// Plain on purpose: the reference of tests and benchmarks.
-void apply(const Stencil &stencil, const VectorField &w, VectorField &f);
+void apply(const Stencil& stencil, const VectorField& w, VectorField& f);
 
 } // namespace ductile
