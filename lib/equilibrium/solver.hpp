@@ -27,7 +27,7 @@ public:
     /// In place. On entry rows 1 .. N-1 of `field` hold f; with WallData::given rows 0 and N hold the Dirichlet data,
     /// with WallData::zero they are taken (and set) to be zero. On exit all rows hold w, images wrapped.
     /// Throws RunError when the solution is not finite (f was not).
-    virtual void solve(VectorField &field, WallData walls) = 0;
+    virtual void solve(VectorField& field, WallData walls) = 0;
 
     [[nodiscard]] virtual std::string_view name() const = 0;
     /// Bytes held by factors, plans and work space.
@@ -42,11 +42,17 @@ struct EquilibriumProblem {
     IsotropicElasticity elasticity;
     Stiffness stiffness = Stiffness::exact;
     /// Number of solves expected: decides how long FFTW may plan (a long run repays measured plans, a short one does not).
+    /// Measured plans are up to a quarter faster, but timing chooses them: another process may round differently.
     double expected_solves = 1000.0;
 };
 
 /// Builds a solver; `fastest` picks Fourier, which fits every grid with periodic x and Dirichlet walls.
 /// Throws InputError for an impossible grid or elasticity.
-[[nodiscard]] std::unique_ptr<EquilibriumSolver> make_equilibrium_solver(const EquilibriumProblem &problem, SolverKind kind);
+[[nodiscard]] std::unique_ptr<EquilibriumSolver> make_equilibrium_solver(const EquilibriumProblem& problem, SolverKind kind);
+
+/// The kind of a name as users write it: fastest, fourier, cholesky. Throws InputError for any other.
+[[nodiscard]] SolverKind solver_kind(std::string_view name);
+/// exact, full. Throws InputError for any other.
+[[nodiscard]] Stiffness stiffness_kind(std::string_view name);
 
 } // namespace ductile
