@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <fftw3.h>
 #include <fmt/format.h>
 #include <mutex>
@@ -13,29 +14,36 @@
 namespace ductile {
 namespace {
 
-/// Eight doubles, and the same at any address; compilers cut them to the vectors of the target.
-using Lanes = double __attribute__((vector_size(alignment)));
-using UnalignedLanes = double __attribute__((vector_size(alignment), aligned(alignof(double)), may_alias));
-
 /// The planner of FFTW is not thread-safe.
 std::mutex planner;
 
+/// Four doubles: compilers cut or join them to the vectors of the target. Loaded and stored by reference, because the ABI of
+/// vectors as arguments depends on the instruction set.
+using Lanes = double __attribute__((vector_size(16)));
+constexpr int lanes = 2;
+inline void load(Lanes& x, const double* from) { std::memcpy(&x, from, sizeof x); }
+inline void store(const Lanes& x, double* to) { std::memcpy(to, &x, sizeof x); }
+
 /// u and i v of the modes from W: W_k + conj(W_{-k}) and W_k - conj(W_{-k}). Here and below W holds M + 1 complex numbers, the
-/// last a copy of the first.
+/// last a copy of the first. Compilers do not vectorise the reversed access to W_{-k}: hence the shuffles.
 void split(const double* w, int cells, SpectralRow row) {
     const int modes = cells / 2 + 1;
     int k = 0;
-    for (; k + row_unit <= modes; k += row_unit) {
-        const auto* plus = reinterpret_cast<const UnalignedLanes*>(w + 2 * k);
-        const auto* minus = reinterpret_cast<const UnalignedLanes*>(w + 2 * (cells - k - row_unit + 1));
-        const Lanes plus_re = __builtin_shufflevector(plus[0], plus[1], 0, 2, 4, 6, 8, 10, 12, 14);
-        const Lanes plus_im = __builtin_shufflevector(plus[0], plus[1], 1, 3, 5, 7, 9, 11, 13, 15);
-        const Lanes minus_re = __builtin_shufflevector(minus[0], minus[1], 14, 12, 10, 8, 6, 4, 2, 0);
-        const Lanes minus_im = __builtin_shufflevector(minus[0], minus[1], 15, 13, 11, 9, 7, 5, 3, 1);
-        *reinterpret_cast<UnalignedLanes*>(row.u_re + k) = plus_re + minus_re;
-        *reinterpret_cast<UnalignedLanes*>(row.u_im + k) = plus_im - minus_im;
-        *reinterpret_cast<UnalignedLanes*>(row.v_re + k) = plus_re - minus_re;
-        *reinterpret_cast<UnalignedLanes*>(row.v_im + k) = plus_im + minus_im;
+    for (; k + lanes <= modes; k += lanes) {
+        const double *plus = w + 2 * k, *minus = w + 2 * (cells - k - lanes + 1);
+        Lanes plus0, plus1, minus0, minus1;
+        load(plus0, plus);
+        load(plus1, plus + lanes);
+        load(minus0, minus);
+        load(minus1, minus + lanes);
+        const Lanes plus_re = __builtin_shufflevector(plus0, plus1, 0, 2);
+        const Lanes plus_im = __builtin_shufflevector(plus0, plus1, 1, 3);
+        const Lanes minus_re = __builtin_shufflevector(minus0, minus1, 2, 0);
+        const Lanes minus_im = __builtin_shufflevector(minus0, minus1, 3, 1);
+        store(plus_re + minus_re, row.u_re + k);
+        store(plus_im - minus_im, row.u_im + k);
+        store(plus_re - minus_re, row.v_re + k);
+        store(plus_im + minus_im, row.v_im + k);
     }
     for (; k < modes; ++k) {
         const double *plus = w + 2 * k, *minus = w + 2 * (cells - k);
@@ -50,18 +58,18 @@ void split(const double* w, int cells, SpectralRow row) {
 void join(SpectralRow row, int cells, double* w) {
     const int modes = cells / 2 + 1;
     int k = 0;
-    for (; k + row_unit <= modes; k += row_unit) {
-        const Lanes u_re = *reinterpret_cast<const UnalignedLanes*>(row.u_re + k);
-        const Lanes u_im = *reinterpret_cast<const UnalignedLanes*>(row.u_im + k);
-        const Lanes v_re = *reinterpret_cast<const UnalignedLanes*>(row.v_re + k);
-        const Lanes v_im = *reinterpret_cast<const UnalignedLanes*>(row.v_im + k);
+    for (; k + lanes <= modes; k += lanes) {
+        Lanes u_re, u_im, v_re, v_im;
+        load(u_re, row.u_re + k);
+        load(u_im, row.u_im + k);
+        load(v_re, row.v_re + k);
+        load(v_im, row.v_im + k);
         const Lanes plus_re = u_re + v_re, plus_im = u_im + v_im, minus_re = u_re - v_re, minus_im = v_im - u_im;
-        auto* plus = reinterpret_cast<UnalignedLanes*>(w + 2 * k);
-        auto* minus = reinterpret_cast<UnalignedLanes*>(w + 2 * (cells - k - row_unit + 1));
-        minus[0] = __builtin_shufflevector(minus_re, minus_im, 7, 15, 6, 14, 5, 13, 4, 12);
-        minus[1] = __builtin_shufflevector(minus_re, minus_im, 3, 11, 2, 10, 1, 9, 0, 8);
-        plus[0] = __builtin_shufflevector(plus_re, plus_im, 0, 8, 1, 9, 2, 10, 3, 11);
-        plus[1] = __builtin_shufflevector(plus_re, plus_im, 4, 12, 5, 13, 6, 14, 7, 15);
+        double *plus = w + 2 * k, *minus = w + 2 * (cells - k - lanes + 1);
+        store(__builtin_shufflevector(minus_re, minus_im, 1, 3), minus);
+        store(__builtin_shufflevector(minus_re, minus_im, 0, 2), minus + lanes);
+        store(__builtin_shufflevector(plus_re, plus_im, 0, 2), plus);
+        store(__builtin_shufflevector(plus_re, plus_im, 1, 3), plus + lanes);
     }
     for (; k < modes; ++k) {
         double *plus = w + 2 * k, *minus = w + 2 * (cells - k);

@@ -52,6 +52,41 @@ bool agree(const Symmetric& p, const Symmetric& q) {
     return difference <= 2.0 * std::numeric_limits<double>::epsilon() * std::min(q.uu, q.vv);
 }
 
+// The kernels: eight modes, real or imaginary parts.
+
+void eliminate_block(const ModeCouplings& c, const ModePivots& p, double* u, double* v, const double* u_previous,
+                     const double* v_previous) {
+#pragma omp simd
+    for (int l = 0; l < row_unit; ++l) {
+        const double ru = u[l] - c.a[l] * u_previous[l] - c.e[l] * v_previous[l];
+        const double rv = v[l] + c.e[l] * u_previous[l] - c.d[l] * v_previous[l];
+        u[l] = p.uu[l] * ru + p.uv[l] * rv;
+        v[l] = p.uv[l] * ru + p.vv[l] * rv;
+    }
+}
+
+void meet_block(const ModeCouplings& c, const ModePivots& p, double* u, double* v, const double* u_below, const double* v_below,
+                const double* u_above, const double* v_above) {
+#pragma omp simd
+    for (int l = 0; l < row_unit; ++l) {
+        const double ru = u[l] - c.a[l] * (u_below[l] + u_above[l]) - c.e[l] * (v_below[l] + v_above[l]);
+        const double rv = v[l] + c.e[l] * (u_below[l] - u_above[l]) - c.d[l] * (v_below[l] - v_above[l]);
+        u[l] = p.uu[l] * ru + p.uv[l] * rv;
+        v[l] = p.uv[l] * ru + p.vv[l] * rv;
+    }
+}
+
+void substitute_block(const ModeCouplings& c, const ModePivots& p, double* u, double* v, const double* u_next,
+                      const double* v_next) {
+#pragma omp simd
+    for (int l = 0; l < row_unit; ++l) {
+        const double tu = c.a[l] * u_next[l] - c.e[l] * v_next[l];
+        const double tv = c.e[l] * u_next[l] + c.d[l] * v_next[l];
+        u[l] = u[l] - p.uu[l] * tu - p.uv[l] * tv;
+        v[l] = v[l] - p.uv[l] * tu - p.vv[l] * tv;
+    }
+}
+
 } // namespace
 
 ModeSystems::ModeSystems(const Grid& grid, const IsotropicElasticity& elasticity, Stiffness stiffness) {
@@ -61,15 +96,15 @@ ModeSystems::ModeSystems(const Grid& grid, const IsotropicElasticity& elasticity
     couplings_.resize(static_cast<std::size_t>(blocks));
     middle_.resize(static_cast<std::size_t>(blocks));
     for (int block = 0; block < blocks; ++block) {
-        std::vector<Pivots> rows(static_cast<std::size_t>(above));
+        std::vector<ModePivots> rows(static_cast<std::size_t>(above));
         int needed = 1;
         for (int lane = 0; lane < row_unit && block * row_unit + lane < modes; ++lane) {
             const ModeBlocks mode(grid, elasticity, stiffness, block * row_unit + lane);
-            Couplings& coupling = couplings_[static_cast<std::size_t>(block)];
+            ModeCouplings& coupling = couplings_[static_cast<std::size_t>(block)];
             coupling.a[lane] = scale * mode.a;
             coupling.d[lane] = scale * mode.d;
             coupling.e[lane] = scale * mode.e;
-            const auto store = [&](Pivots& to, const Symmetric& p) {
+            const auto store = [&](ModePivots& to, const Symmetric& p) {
                 to.uu[lane] = p.uu / scale;
                 to.uv[lane] = p.uv / scale;
                 to.vv[lane] = p.vv / scale;
@@ -96,73 +131,45 @@ ModeSystems::ModeSystems(const Grid& grid, const IsotropicElasticity& elasticity
 }
 
 std::size_t ModeSystems::memory_bytes() const {
-    return (pivots_.size() + middle_.size()) * sizeof(Pivots) + couplings_.size() * sizeof(Couplings) +
+    return (pivots_.size() + middle_.size()) * sizeof(ModePivots) + couplings_.size() * sizeof(ModeCouplings) +
            (first_.size() + stored_.size()) * sizeof(int);
 }
 
-const ModeSystems::Pivots& ModeSystems::pivots(int step, int block) const {
+const ModePivots& ModeSystems::pivots(int step, int block) const {
     const auto b = static_cast<std::size_t>(block);
     return pivots_[static_cast<std::size_t>(first_[b] + std::min(step, stored_[b]) - 1)];
 }
 
 void ModeSystems::eliminate(SpectralRow row, SpectralRow previous, int step, int begin, int end) const {
-    for (int block = begin; block < end; ++block) {
-        const Couplings& c = couplings_[static_cast<std::size_t>(block)];
-        const Pivots& p = pivots(step, block);
-        const auto sweep = [&](double* u, double* v, const double* u_previous, const double* v_previous) {
-#pragma omp simd
-            for (int l = 0; l < row_unit; ++l) {
-                const double ru = u[l] - c.a[l] * u_previous[l] - c.e[l] * v_previous[l];
-                const double rv = v[l] + c.e[l] * u_previous[l] - c.d[l] * v_previous[l];
-                u[l] = p.uu[l] * ru + p.uv[l] * rv;
-                v[l] = p.uv[l] * ru + p.vv[l] * rv;
-            }
-        };
-        const int k = block * row_unit;
-        sweep(row.u_re + k, row.v_re + k, previous.u_re + k, previous.v_re + k);
-        sweep(row.u_im + k, row.v_im + k, previous.u_im + k, previous.v_im + k);
+    for (int block = begin, k = begin * row_unit; block < end; ++block, k += row_unit) {
+        const ModeCouplings& c = couplings_[static_cast<std::size_t>(block)];
+        const ModePivots& p = pivots(step, block);
+        eliminate_block(c, p, row.u_re + k, row.v_re + k, previous.u_re + k, previous.v_re + k);
+        eliminate_block(c, p, row.u_im + k, row.v_im + k, previous.u_im + k, previous.v_im + k);
     }
 }
 
 void ModeSystems::meet(SpectralRow middle, SpectralRow below, SpectralRow above, SpectralRow mirrored, int begin, int end) const {
-    for (int block = begin; block < end; ++block) {
-        const Couplings& c = couplings_[static_cast<std::size_t>(block)];
-        const Pivots& p = middle_[static_cast<std::size_t>(block)];
-        const auto solve = [&](double* u, double* v, const double* u_below, const double* v_below, const double* u_above,
-                               const double* v_above, double* u_mirrored, double* v_mirrored) {
-#pragma omp simd
-            for (int l = 0; l < row_unit; ++l) {
-                const double ru = u[l] - c.a[l] * (u_below[l] + u_above[l]) - c.e[l] * (v_below[l] + v_above[l]);
-                const double rv = v[l] + c.e[l] * (u_below[l] - u_above[l]) - c.d[l] * (v_below[l] - v_above[l]);
-                u_mirrored[l] = u[l] = p.uu[l] * ru + p.uv[l] * rv;
-                v[l] = p.uv[l] * ru + p.vv[l] * rv;
-                v_mirrored[l] = -v[l];
-            }
-        };
-        const int k = block * row_unit;
-        solve(middle.u_re + k, middle.v_re + k, below.u_re + k, below.v_re + k, above.u_re + k, above.v_re + k, mirrored.u_re + k,
-              mirrored.v_re + k);
-        solve(middle.u_im + k, middle.v_im + k, below.u_im + k, below.v_im + k, above.u_im + k, above.v_im + k, mirrored.u_im + k,
-              mirrored.v_im + k);
+    for (int block = begin, k = begin * row_unit; block < end; ++block, k += row_unit) {
+        const ModeCouplings& c = couplings_[static_cast<std::size_t>(block)];
+        const ModePivots& p = middle_[static_cast<std::size_t>(block)];
+        meet_block(c, p, middle.u_re + k, middle.v_re + k, below.u_re + k, below.v_re + k, above.u_re + k, above.v_re + k);
+        meet_block(c, p, middle.u_im + k, middle.v_im + k, below.u_im + k, below.v_im + k, above.u_im + k, above.v_im + k);
+        for (int l = k; l < k + row_unit; ++l) {
+            mirrored.u_re[l] = middle.u_re[l];
+            mirrored.u_im[l] = middle.u_im[l];
+            mirrored.v_re[l] = -middle.v_re[l];
+            mirrored.v_im[l] = -middle.v_im[l];
+        }
     }
 }
 
 void ModeSystems::substitute(SpectralRow row, SpectralRow next, int step, int begin, int end) const {
-    for (int block = begin; block < end; ++block) {
-        const Couplings& c = couplings_[static_cast<std::size_t>(block)];
-        const Pivots& p = pivots(step, block);
-        const auto sweep = [&](double* u, double* v, const double* u_next, const double* v_next) {
-#pragma omp simd
-            for (int l = 0; l < row_unit; ++l) {
-                const double tu = c.a[l] * u_next[l] - c.e[l] * v_next[l];
-                const double tv = c.e[l] * u_next[l] + c.d[l] * v_next[l];
-                u[l] = u[l] - p.uu[l] * tu - p.uv[l] * tv;
-                v[l] = v[l] - p.uv[l] * tu - p.vv[l] * tv;
-            }
-        };
-        const int k = block * row_unit;
-        sweep(row.u_re + k, row.v_re + k, next.u_re + k, next.v_re + k);
-        sweep(row.u_im + k, row.v_im + k, next.u_im + k, next.v_im + k);
+    for (int block = begin, k = begin * row_unit; block < end; ++block, k += row_unit) {
+        const ModeCouplings& c = couplings_[static_cast<std::size_t>(block)];
+        const ModePivots& p = pivots(step, block);
+        substitute_block(c, p, row.u_re + k, row.v_re + k, next.u_re + k, next.v_re + k);
+        substitute_block(c, p, row.u_im + k, row.v_im + k, next.u_im + k, next.v_im + k);
     }
 }
 

@@ -13,6 +13,16 @@ struct SpectralRow {
     double *u_re, *u_im, *v_re, *v_im;
 };
 
+/// Inverses of eight symmetric pivots, over 2 M.
+struct alignas(alignment) ModePivots {
+    double uu[row_unit], uv[row_unit], vv[row_unit];
+};
+
+/// The matrix U of eight modes, times 2 M. Zero beyond the last mode.
+struct alignas(alignment) ModeCouplings {
+    double a[row_unit], d[row_unit], e[row_unit];
+};
+
 /// The stiffness K in Fourier space: for each mode k of x (angle theta = 2 pi k/M) a block tridiagonal system in y.
 ///
 /// With the tensor products of Stencil, stiffness -> s = 4 sin^2(theta/2), mass -> m = cos^2(theta/2) + (1 - 4 m_1)
@@ -46,20 +56,12 @@ public:
     void substitute(SpectralRow row, SpectralRow next, int step, int begin, int end) const;
 
 private:
-    /// Inverses of eight symmetric pivots, over 2 M.
-    struct alignas(alignment) Pivots {
-        double uu[row_unit], uv[row_unit], vv[row_unit];
-    };
-    /// The matrix U of eight modes, times 2 M. Zero beyond the last mode.
-    struct alignas(alignment) Couplings {
-        double a[row_unit], d[row_unit], e[row_unit];
-    };
-    [[nodiscard]] const Pivots& pivots(int step, int block) const;
+    [[nodiscard]] const ModePivots& pivots(int step, int block) const;
 
-    aligned_vector<Couplings> couplings_; ///< one a block
-    aligned_vector<Pivots> pivots_;       ///< block after block, rows from the wall inwards
-    aligned_vector<Pivots> middle_;       ///< one a block
-    std::vector<int> first_, stored_;     ///< where a block's pivots begin, and how many of them are stored
+    aligned_vector<ModeCouplings> couplings_; ///< one a block
+    aligned_vector<ModePivots> pivots_;       ///< block after block, rows from the wall inwards
+    aligned_vector<ModePivots> middle_;       ///< one a block
+    std::vector<int> first_, stored_;         ///< where a block's pivots begin, and how many of them are stored
 };
 
 } // namespace ductile

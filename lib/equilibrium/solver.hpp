@@ -42,11 +42,17 @@ struct EquilibriumProblem {
     IsotropicElasticity elasticity;
     Stiffness stiffness = Stiffness::exact;
     /// Number of solves expected: decides how long FFTW may plan (a long run repays measured plans, a short one does not).
+    /// Measured plans are up to a quarter faster, but timing chooses them: another process may round differently.
     double expected_solves = 1000.0;
 };
 
 /// Builds a solver; `fastest` picks Fourier, which fits every grid with periodic x and Dirichlet walls.
 /// Throws InputError for an impossible grid or elasticity.
 [[nodiscard]] std::unique_ptr<EquilibriumSolver> make_equilibrium_solver(const EquilibriumProblem& problem, SolverKind kind);
+
+/// The kind of a name as users write it: fastest, fourier, cholesky. Throws InputError for any other.
+[[nodiscard]] SolverKind solver_kind(std::string_view name);
+/// exact, full. Throws InputError for any other.
+[[nodiscard]] Stiffness stiffness_kind(std::string_view name);
 
 } // namespace ductile
