@@ -1,4 +1,5 @@
 #pragma once
+// Private: users of the library need not have Eigen.
 #include <ductile/equilibrium/nodes.hpp>
 #include <ductile/equilibrium/stencil.hpp>
 

@@ -1,4 +1,5 @@
 #pragma once
+// Private: users of the library need not have Eigen.
 #include <Eigen/SparseCore>
 
 #include <cstddef>

@@ -1,5 +1,5 @@
 #pragma once
-// Helpers of the hdf5*.cpp files only: no other file sees the HDF5 headers.
+// Private: helpers of the hdf5*.cpp files; no other file sees the HDF5 headers.
 #include <ductile/base/error.hpp>
 
 #include <fmt/format.h>
