@@ -71,7 +71,7 @@ TEST_SUITE_BEGIN("io_run");
 TEST_CASE("snapshots hold the grid and the numbers in SI units, and ParaView finds them") {
     const scratch::Folder folder;
     const Scene scene;
-    SnapshotWriter writer(folder / "fields.h5", "shear_band", grid);
+    SnapshotWriter writer(folder / "fields.h5", "shear_band", grid, {}, {{"time_unit_s", 0.25}});
     scene.write(writer, 0.5);
     CHECK_FALSE(fs::exists(folder / "fields.h5"));
     check_xdmf(folder / "fields.xdmf", 1);
@@ -84,6 +84,7 @@ TEST_CASE("snapshots hold the grid and the numbers in SI units, and ParaView fin
     const Hdf5File file = Hdf5File::open(folder / "fields.h5");
     CHECK(file.text_attribute("/", "format") == "ductile fields 1");
     CHECK(file.text_attribute("/", "program") == "shear_band");
+    CHECK(file.double_attribute("/", "time_unit_s") == 0.25);
     CHECK(file.read_doubles("grid/x_corner") == std::vector{-1.0, -0.5, 0.0, 0.5, 1.0});
     CHECK(file.read_doubles("grid/y_centre") == std::vector{-0.5, 0.0, 0.5});
     CHECK(file.integer_attribute("grid", "cells_x") == 4);

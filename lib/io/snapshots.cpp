@@ -32,10 +32,12 @@ std::vector<double> line(int cells, double begin, double length, double shift) {
     return points;
 }
 
-void write_head(Hdf5File& file, const std::string& program, const SnapshotGrid& grid) {
+void write_head(Hdf5File& file, const std::string& program, const SnapshotGrid& grid, const SnapshotConstants& constants) {
     file.set_attribute("/", "format", std::string(format_name));
     file.set_attribute("/", "program", program);
     file.set_attribute("/", "version", version());
+    for (const auto& [name, value] : constants)
+        file.set_attribute("/", name, value);
     file.write("grid/x_corner", line(grid.cells_x, grid.left_m, grid.width_m, 0.0));
     file.write("grid/y_corner", line(grid.cells_y, grid.bottom_m, grid.height_m, 0.0));
     file.write("grid/x_centre", line(grid.cells_x, grid.left_m, grid.width_m, 0.5));
@@ -70,13 +72,13 @@ bool needs_periodic_column(const SnapshotField& field, const SnapshotGrid& grid)
 
 } // namespace
 
-SnapshotWriter::SnapshotWriter(fs::path fields, std::string program, const SnapshotGrid& grid,
-                               const std::optional<EarlierSnapshots>& earlier)
-    : final_(std::move(fields)), partial_(final_), program_(std::move(program)), grid_(grid) {
+SnapshotWriter::SnapshotWriter(fs::path fields, const std::string& program, const SnapshotGrid& grid,
+                               const std::optional<EarlierSnapshots>& earlier, const SnapshotConstants& constants)
+    : final_(std::move(fields)), partial_(final_), grid_(grid) {
     partial_ += ".partial";
     AtomicFile target(partial_);
     Hdf5File file = Hdf5File::create(target.temporary_path());
-    write_head(file, program_, grid_);
+    write_head(file, program, grid_, constants);
     if (earlier)
         copy(*earlier, file);
     file.close();

@@ -8,6 +8,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace ductile::io {
@@ -36,6 +37,9 @@ struct SnapshotField {
     double offset = 0.0;
 };
 
+/// Numbers that describe the whole file, written as attributes of its root; names carry units ("time_unit_s").
+using SnapshotConstants = std::vector<std::pair<std::string, double>>;
+
 /// Snapshots a continued run starts with: those of an earlier fields.h5 (or of its .partial form, which goes first) up to a time.
 struct EarlierSnapshots {
     std::filesystem::path fields; ///< the earlier run's fields.h5
@@ -49,8 +53,8 @@ struct EarlierSnapshots {
 class SnapshotWriter {
 public:
     /// Throws RunError when the file cannot be made, InputError when the earlier snapshots are unreadable or on another grid.
-    SnapshotWriter(std::filesystem::path fields, std::string program, const SnapshotGrid& grid,
-                   const std::optional<EarlierSnapshots>& earlier = {});
+    SnapshotWriter(std::filesystem::path fields, const std::string& program, const SnapshotGrid& grid,
+                   const std::optional<EarlierSnapshots>& earlier = {}, const SnapshotConstants& constants = {});
     ~SnapshotWriter();
     SnapshotWriter(const SnapshotWriter&) = delete;
     SnapshotWriter& operator=(const SnapshotWriter&) = delete;
@@ -71,7 +75,6 @@ private:
     void write_xdmf_file(const std::filesystem::path& data) const;
 
     std::filesystem::path final_, partial_;
-    std::string program_;
     SnapshotGrid grid_;
     std::vector<XdmfSnapshot> snapshots_;
     bool finished_ = false;

@@ -57,7 +57,8 @@ public:
                       scene.grid.height * scene.units.length, scene.grid.x(0) * scene.units.length,
                       scene.grid.y(0) * scene.units.length},
                      checkpoint && folder.continued() ? std::optional(io::EarlierSnapshots{folder.fields(), start_s})
-                                                      : std::nullopt),
+                                                      : std::nullopt,
+                     {{"time_unit_s", scene.units.time}, {"yield_stress_Pa", scene.units.stress}}),
           history_(folder.history(), history_columns(internal_name_, internal_unit_)),
           progress_({.duration_s = options.duration_s, .start_s = start_s, .quiet = program.common().quiet}) {
         if (checkpoint)
