@@ -1,7 +1,7 @@
 #include <ductile/base/error.hpp>
 #include <ductile/base/threads.hpp>
+#include <ductile/io/config_file.hpp>
 #include <ductile/io/program.hpp>
-#include <ductile/io/toml.hpp>
 #include <ductile/io/version.hpp>
 
 #include <CLI/CLI.hpp>
@@ -17,20 +17,11 @@ namespace {
 
 constexpr const char* general = "General";
 
-const char* name_of(TomlType type) {
-    switch (type) {
-    case TomlType::text:
-        return "a text";
-    case TomlType::integer:
-        return "a whole number";
-    case TomlType::number:
-        return "a number";
-    case TomlType::boolean:
-        return "true or false";
-    case TomlType::array:
-        break;
-    }
-    return "an array";
+/// What CLI11 would not write to a configuration file, or read from it, as the same text again.
+void check_storable(const std::string& text) {
+    const auto forbidden = [](char c) { return c == '"' || c == '\\' || static_cast<unsigned char>(c) < ' '; };
+    if (std::ranges::any_of(text, forbidden))
+        throw InputError("it must not contain double quotes, backslashes or control characters");
 }
 
 std::string read_whole(const std::filesystem::path& path) {
@@ -56,7 +47,6 @@ CLI::Option* Program::declare(const std::string& flag, Kind kind, const OptionHe
                               const Convert& convert) {
     const std::string units = help.units.empty() ? "" : fmt::format(" [{}]", help.units);
     const std::string range = allowed.empty() ? "" : fmt::format("; {}", allowed);
-    const std::string comment = help.meaning + units + range;
     const auto callback = [flag, convert](const CLI::results_t& results) {
         try {
             convert(results.back());
@@ -66,13 +56,13 @@ CLI::Option* Program::declare(const std::string& flag, Kind kind, const OptionHe
         return true;
     };
     constexpr std::array<const char*, 6> types = {"NUMBER", "N", "", "TEXT", "N|MxN", "A,B,..."};
-    const std::string standard = text();
-    const std::string shown = fmt::format("{}{}", comment, standard.empty() ? "" : fmt::format(" (default {})", standard));
+    const std::string standard = text().empty() ? "" : fmt::format(" (default {})", text());
+    const std::string shown = help.meaning + units + range + standard;
     CLI::Option* option = kind == Kind::boolean ? app_->add_flag(flag, shown) : app_->add_option(flag, callback, shown);
     if (kind == Kind::boolean)
         option->each([callback](const std::string& word) { callback({word}); });
-    option->option_text(types[static_cast<std::size_t>(kind)])->group(help.group)->take_last();
-    declared_.push_back({flag.substr(2), kind, help.group, comment, std::move(text), option});
+    option->option_text(types[static_cast<std::size_t>(kind)])->group(help.group)->take_last()->run_callback_for_default();
+    declared_.push_back({flag.substr(2), kind, std::move(text), option});
     return option;
 }
 
@@ -111,12 +101,20 @@ void Program::option(const std::string& flag, bool& value, const OptionHelp& hel
 
 void Program::option(const std::string& flag, std::string& value, const OptionHelp& help) {
     declare(
-        flag, Kind::text, help, "", [&value] { return value; }, [&value](const std::string& text) { value = text; });
+        flag, Kind::text, help, "", [&value] { return value; },
+        [&value](const std::string& text) {
+            check_storable(text);
+            value = text;
+        });
 }
 
 void Program::option(const std::string& flag, std::filesystem::path& value, const OptionHelp& help) {
     declare(
-        flag, Kind::text, help, "", [&value] { return value.string(); }, [&value](const std::string& text) { value = text; })
+        flag, Kind::text, help, "", [&value] { return value.string(); },
+        [&value](const std::string& text) {
+            check_storable(text);
+            value = text;
+        })
         ->option_text("PATH");
 }
 
@@ -161,9 +159,10 @@ void Program::declare_common() {
     app_->add_option("--config", set_config, "TOML file with options; the command line goes before it")
         ->option_text("FILE")
         ->take_last()
+        ->configurable(false)
         ->group(general);
     const std::string print_config = "print all options as a TOML file and end";
-    app_->add_flag("--print-config", print_config)->group(general);
+    app_->add_flag("--print-config", print_config)->configurable(false)->group(general);
     app_->set_version_flag("--version", fmt::format("{} (ductile) {}", name_, version()), "print the version and end")
         ->group(general);
     app_->set_help_flag("-h,--help", "print this help and end")->group(general);
@@ -198,27 +197,18 @@ bool Program::parse(int argc, const char* const* argv) {
 
 /// Options that already have a value keep it: sources are read from the strongest to the weakest.
 void Program::apply_config(const std::string& text, const std::string& source, const std::vector<std::string>& skipped_keys) {
-    for (const TomlEntry& entry : read_toml(text, source)) {
+    for (const ConfigEntry& entry : read_config(text, source)) {
         const std::string where = fmt::format("{}, line {}: ", source, entry.line);
         const auto found = std::ranges::find(declared_, entry.key, &Declared::key);
         if (found == declared_.end())
             throw InputError(fmt::format("{}unknown key '{}': {} --print-config lists all keys", where, entry.key, name_));
-        const bool number = entry.type == TomlType::integer || entry.type == TomlType::number;
-        const bool fits[] = {number,
-                             entry.type == TomlType::integer,
-                             entry.type == TomlType::boolean,
-                             entry.type == TomlType::text,
-                             entry.type == TomlType::integer || entry.type == TomlType::text,
-                             (entry.type == TomlType::array && entry.array_of_numbers) || entry.type == TomlType::text};
-        constexpr const char* wanted[] = {"a number",         "a whole number",         "true or false",
-                                          "a text in quotes", "N or \"MxN\" in quotes", "an array of numbers"};
-        const auto kind = static_cast<std::size_t>(found->kind);
-        if (!fits[kind])
-            throw InputError(fmt::format("{}key '{}' must be {}, not {}", where, entry.key, wanted[kind], name_of(entry.type)));
+        if (found->kind != Kind::number_list && entry.values.size() != 1)
+            throw InputError(fmt::format("{}key '{}' has {} values: it must have one (texts stand in quotes)", where, entry.key,
+                                         entry.values.size()));
         if (found->option->count() > 0 || std::ranges::find(skipped_keys, entry.key) != skipped_keys.end())
             continue;
         try {
-            found->option->add_result(entry.text);
+            found->option->add_result(fmt::format("{}", fmt::join(entry.values, ",")));
             found->option->run_callback();
         } catch (const InputError& error) {
             throw InputError(where + error.what());

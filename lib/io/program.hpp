@@ -96,7 +96,6 @@ private:
     struct Declared {
         std::string key;
         Kind kind;
-        std::string group, comment;        ///< for --print-config
         std::function<std::string()> text; ///< the variable's value
         CLI::Option* option;
     };
@@ -110,7 +109,6 @@ private:
     void declare_common();
     void apply_config(const std::string& text, const std::string& source, const std::vector<std::string>& skipped_keys);
     void apply_restart();
-    [[nodiscard]] std::string toml_value(const Declared& declared) const;
 
     std::string name_, description_;
     CommonOptions common_;

@@ -1,9 +1,9 @@
 #include <ductile/base/error.hpp>
 #include <ductile/io/interrupt.hpp>
 #include <ductile/io/program.hpp>
-#include <ductile/io/toml.hpp>
 #include <ductile/io/version.hpp>
 
+#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 #include <chrono>
@@ -12,37 +12,13 @@
 
 namespace ductile::io {
 
-std::string Program::toml_value(const Declared& declared) const {
-    const std::string text = declared.text();
-    switch (declared.kind) {
-    case Kind::text:
-        return toml_quoted(text);
-    case Kind::cells:
-        return text.find('x') == text.npos ? text : toml_quoted(text);
-    case Kind::number_list:
-        return fmt::format("[{}]", text);
-    case Kind::number:
-    case Kind::integer:
-    case Kind::boolean:
-        break;
-    }
-    return text;
-}
-
 std::string Program::config_text() const {
-    std::string text =
-        fmt::format("# {}: {}\n# All options with their values; written by ductile {}.\n", name_, description_, version());
-    std::vector<std::string> groups;
-    for (const Declared& declared : declared_)
-        if (std::ranges::find(groups, declared.group) == groups.end())
-            groups.push_back(declared.group);
-    for (const std::string& group : groups) {
-        text += fmt::format("\n# --- {} ---\n", group);
-        for (const Declared& declared : declared_)
-            if (declared.group == group)
-                text += fmt::format("\n# {}\n{} = {}\n", declared.comment, declared.key, toml_value(declared));
+    // CLI11 writes what was given on the command line, else the default: make that the variable's value, from wherever it came.
+    for (const Declared& declared : declared_) {
+        declared.option->clear();
+        declared.option->default_str(declared.text());
     }
-    return text;
+    return fmt::format("# {}, ductile {}: all options with their values.\n", name_, version()) + app_->config_to_str(true, true);
 }
 
 nlohmann::ordered_json Program::parameters() const {
