@@ -18,7 +18,9 @@
 
 /// A thin vocabulary over std::experimental::simd, written so that the same formulas run on one double and on a batch of them.
 /// Everything here and in the cell kernels is forced inline: vectors passed through memory cost more than the arithmetic.
-namespace ductile::inline DUCTILE_VECTOR_ABI {
+namespace ductile {
+
+inline namespace DUCTILE_VECTOR_ABI {
 
 namespace detail {
 using Register = std::experimental::native_simd<double>;
@@ -150,4 +152,6 @@ template <class V> [[nodiscard, gnu::always_inline]] inline V exponential(V x) {
     return p * power_of_two_from_bits(shifted);
 }
 
-} // namespace ductile::inline DUCTILE_VECTOR_ABI
+} // namespace DUCTILE_VECTOR_ABI
+
+} // namespace ductile
