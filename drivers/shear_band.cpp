@@ -8,7 +8,6 @@
 #include <ductile/base/threads.hpp>
 #include <ductile/io/interrupt.hpp>
 #include <ductile/io/program.hpp>
-#include <ductile/io/terminal_plot.hpp>
 #include <ductile/quasistatic/options.hpp>
 
 using namespace ductile;

@@ -201,7 +201,7 @@ TEST_CASE("the summary says everything, in order") {
     summary.steps = 7;
     summary.wall_seconds = 2.0;
     summary.phase_seconds = {{"transfer", 1.5}, {"solve", 0.5}};
-    summary.extra["load_N"] = 3.5;
+    summary.extra = {{"load_N", 3.5}, {"rejected_substeps", 0}};
     summary.peak_memory_bytes = peak_memory_bytes();
     CHECK(summary.peak_memory_bytes > 1'000'000);
     write_summary(folder / "summary.json", summary);
@@ -217,6 +217,8 @@ TEST_CASE("the summary says everything, in order") {
     const std::string text = describe(summary, folder / "");
     CHECK(has(text, "upsetting: failed\n"));
     CHECK(has(text, "transfer   1.5 s (75 %)"));
+    CHECK(has(text, "load         3.5 N\n"));
+    CHECK_FALSE(has(text, "rejected"));
     CHECK(has(text, "(summary.json)"));
 }
 
@@ -259,6 +261,8 @@ TEST_CASE("a curve in the terminal has its axes and ticks") {
         CHECK(has(plot, part));
     const std::vector<double> constant(5, 3.0), gap = {1.0, std::nan(""), 2.0, std::numeric_limits<double>::infinity(), 1.0};
     CHECK(has(terminal_plot(x, constant, {}), "3 ┤"));
+    const std::vector<double> stress = {0.0, 300.0, 600.0, 900.0, 1050.0};
+    CHECK(has(terminal_plot(x, stress, {}), "\n1000 ┤"));
     CHECK(has(terminal_plot(x, gap, {}), "1.4 ┤"));
     CHECK(has(terminal_plot({}, {}, {}), "└"));
     CHECK(has(message<InputError>([&] { (void)terminal_plot(x, {}, {}); }), "5 values of x for 0 values of y"));

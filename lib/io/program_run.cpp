@@ -90,6 +90,8 @@ int Program::run(const std::function<RunStatus(const OutputFolder&, RunSummary&)
     }
     write();
     say(fmt::format("\n{}", describe(summary, folder.path())));
+    if (!summary.drawing.empty())
+        say(fmt::format("\n{}", summary.drawing));
     return summary.status == RunStatus::interrupted ? interrupted_exit_status : 0;
 }
 

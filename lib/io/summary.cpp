@@ -45,6 +45,20 @@ std::string files_in(const std::filesystem::path& folder) {
     return fmt::format("{} ({})", folder.string(), found);
 }
 
+/// "load_N": 3.5 as "load" and "3.5 N".
+std::pair<std::string, std::string> readable(std::string key, const nlohmann::ordered_json& value) {
+    std::string text = value.is_number_float() ? fmt::format("{:.6g}", value.get<double>())
+                       : value.is_string()     ? value.get<std::string>()
+                                               : value.dump();
+    for (const char* unit : {"_s", "_m", "_N", "_Pa", "_K", "_J"})
+        if (key.ends_with(unit)) {
+            text += fmt::format(" {}", unit + 1);
+            key.resize(key.rfind('_'));
+        }
+    std::ranges::replace(key, '_', ' ');
+    return {key, text};
+}
+
 } // namespace
 
 nlohmann::ordered_json to_json(const RunSummary& summary) {
@@ -73,19 +87,17 @@ void write_summary(const std::filesystem::path& path, const RunSummary& summary)
 
 std::string describe(const RunSummary& summary, const std::filesystem::path& folder) {
     LabelledLines lines;
-    for (const auto& [key, count] : counts(summary)) {
-        std::string label = key;
-        std::ranges::replace(label, '_', ' ');
+    for (const auto& [key, count] : counts(summary))
         if (count != 0)
-            lines.emplace_back(label, fmt::format("{}", count));
-    }
+            lines.push_back(readable(key, count));
+    for (const auto& [key, value] : summary.extra.items())
+        if (value != 0)
+            lines.push_back(readable(key, value));
     lines.emplace_back("wall time", human_duration(summary.wall_seconds));
     for (const auto& [phase, seconds] : summary.phase_seconds)
         lines.emplace_back("  " + phase, fmt::format("{} ({:.0f} %)", human_duration(seconds),
                                                      100.0 * seconds / std::max(summary.wall_seconds, 1e-9)));
     lines.emplace_back("peak memory", human_bytes(static_cast<double>(summary.peak_memory_bytes)));
-    for (const auto& [key, value] : summary.extra.items())
-        lines.emplace_back(key, value.is_string() ? value.get<std::string>() : value.dump());
     lines.emplace_back("files", files_in(folder));
     return aligned_lines(fmt::format("{}: {}", summary.program, name(summary.status)), lines);
 }

@@ -30,6 +30,7 @@ struct RunSummary {
     std::vector<std::pair<std::string, double>> phase_seconds = {}; ///< in the order of printing
     std::int64_t peak_memory_bytes = 0;
     nlohmann::ordered_json extra = nlohmann::ordered_json::object(); ///< what only this scene knows; keys carry units
+    std::string drawing = {}; ///< what the terminal shows below the summary: a curve; not in summary.json
 };
 
 [[nodiscard]] nlohmann::ordered_json to_json(const RunSummary& summary);

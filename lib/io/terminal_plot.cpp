@@ -46,9 +46,12 @@ std::vector<Tick> ticks_of(const Range& range) {
     const double step = power * (lead < 1.5 ? 1.0 : lead < 3.5 ? 2.0 : lead < 7.5 ? 5.0 : 10.0);
     const double largest = std::max(std::abs(range.low), std::abs(range.high));
     const int digits = std::clamp(static_cast<int>(std::floor(std::log10(largest)) - std::floor(std::log10(step))) + 2, 1, 15);
+    const auto label = [&](double value) { // numbers of everyday size are written out
+        return step >= 1.0 && largest < 1e6 ? fmt::format("{:.0f}", value) : fmt::format("{:.{}g}", value, digits);
+    };
     std::vector<Tick> ticks;
     for (double n = std::ceil(range.low / step - 1e-9); n * step <= range.high + 1e-9 * step; ++n)
-        ticks.push_back({range.part(n * step), fmt::format("{:.{}g}", n == 0.0 ? 0.0 : n * step, digits)});
+        ticks.push_back({range.part(n * step), label(n == 0.0 ? 0.0 : n * step)});
     return ticks;
 }
 

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <fmt/format.h>
+#include <unistd.h>
 
 namespace ductile::quasistatic {
 
@@ -17,6 +18,19 @@ Units natural_units(const Options& o) {
     units.stress = o.yield_stress;
     units.temperature = o.plasticity == PlasticityChoice::stz ? o.stz.formation_temperature : 1.0;
     return units;
+}
+
+/// What a run holds besides the stepper: the field that a snapshot derives, and the program with its libraries.
+double overhead_bytes(const Grid& grid) { return 8.0 * grid.cells_x * grid.cells_y + 20e6; }
+
+/// A grid that cannot fit would end with the system killing the program, or with half of the machine swapped out.
+void check_memory(const Grid& grid) {
+    const double needed = 14 * 8.0 * grid.cells_x * grid.cells_y + overhead_bytes(grid); // see ProjectionStepper::memory_bytes
+    const double present = static_cast<double>(::sysconf(_SC_PHYS_PAGES)) * static_cast<double>(::sysconf(_SC_PAGESIZE));
+    if (needed > present)
+        throw InputError(fmt::format("--cells {}x{}: this needs about {:.3g} GB of memory, this machine has {:.3g} GB: use fewer "
+                                     "cells",
+                                     grid.cells_x, grid.cells_y, needed * 1e-9, present * 1e-9));
 }
 
 void declare_domain(io::Program& program, Options& o) {
@@ -150,6 +164,7 @@ Scene make_scene(const Options& o) {
         .model = o.model,
         .walls = WallHistory(std::move(knots))};
     check(scene.grid);
+    check_memory(scene.grid);
     return scene;
 }
 
@@ -213,13 +228,13 @@ std::string describe(const Options& o, const Scene& scene, const ProjectionStepp
     return fmt::format("grid      {} x {} cells on {} x {} m; {}\n"
                        "material  K = {:g} GPa, mu = {:g} GPa, {} plasticity, yield stress {:g} MPa; shear rate {:.3g} 1/s\n"
                        "model     {}; {}, {} steps; {} solver, {} operator\n"
-                       "memory    {:.0f} MB predicted; {} thread{}\n",
+                       "memory    about {:.0f} MB; {} thread{}\n",
                        g.cells_x, g.cells_y, o.width, o.height, unknowns, o.elasticity.bulk_modulus * 1e-9,
                        o.elasticity.shear_modulus * 1e-9, o.plasticity == PlasticityChoice::stz ? "STZ" : "Perzyna",
                        o.yield_stress * 1e-6, strain_rate, scene.model == Model::full ? "full" : "reduced",
                        schemes[static_cast<int>(o.scheme)], o.step == StepChoice::fixed ? "fixed" : "adaptive", solver_name,
                        o.stiffness == Stiffness::exact ? "exact" : "fully integrated",
-                       static_cast<double>(stepper.memory_bytes()) * 1e-6, threads, threads == 1 ? "" : "s");
+                       (static_cast<double>(stepper.memory_bytes()) + overhead_bytes(g)) * 1e-6, threads, threads == 1 ? "" : "s");
 }
 
 } // namespace ductile::quasistatic

@@ -3,6 +3,7 @@
 #include <ductile/io/interrupt.hpp>
 #include <ductile/io/progress.hpp>
 #include <ductile/io/snapshots.hpp>
+#include <ductile/io/terminal_plot.hpp>
 #include <ductile/quasistatic/run.hpp>
 
 #include <algorithm>
@@ -113,6 +114,15 @@ public:
         io::write_checkpoint(folder_.checkpoint(), content);
     }
 
+    /// The strain-stress curve of the whole run, for the terminal.
+    [[nodiscard]] std::string curve() const {
+        const std::vector<double> strain = history_.table().column("wall_strain");
+        std::vector<double> traction = history_.table().column("wall_shear_traction_Pa");
+        for (double& value : traction)
+            value *= 1e-6;
+        return io::terminal_plot(strain, traction, {.x_label = "wall strain", .y_label = "shear traction on the wall [MPa]"});
+    }
+
     void finish() {
         progress_.finish();
         history_.finish();
@@ -184,7 +194,8 @@ io::RunStatus run(const Scene& scene, ProjectionStepper& stepper, StepControl& c
         summary.wall_seconds = wall.seconds();
         summary.phase_seconds = {{"predictor", phases.predictor}, {"elliptic solve", phases.solve}, {"update", phases.update}};
         summary.extra["rejected_substeps"] = counters["rejected_substeps"];
-        summary.extra["time_s"] = stepper.state().time * unit;
+        summary.extra["simulated_time_s"] = stepper.state().time * unit;
+        summary.drawing = recorder.curve();
     };
 
     double output_seconds = 0.0;
