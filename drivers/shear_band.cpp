@@ -29,19 +29,14 @@ int main(int argc, char** argv) {
         State state =
             checkpoint ? read_state(*checkpoint, scene.grid) : initial_state(scene, make_initial_internal(options, scene));
 
-        // 3. solver and stepper
-        auto solver = make_equilibrium_solver({.grid = scene.grid,
-                                               .elasticity = scene.elasticity,
-                                               .stiffness = options.stiffness,
-                                               .expected_solves = expected_solves(options, control, scene.units)},
-                                              options.solver);
-        const std::string solver_name(solver->name());
-        ProjectionStepper stepper(scene, options.scheme, std::move(solver), std::move(state));
-        program.say(describe(options, scene, stepper, solver_name, thread_count()));
+        // 3. time stepper with its elliptic solver
+        const double solves = expected_solves(options, control, scene.units);
+        const auto stepper = make_time_stepper(options, scene, solves, std::move(state));
+        program.say(describe(options, scene, *stepper, thread_count()));
 
         // 4. run and report
         return program.run([&](const io::OutputFolder& folder, io::RunSummary& summary) {
-            return run(scene, stepper, control, make_run_options(options), program, folder, checkpoint ? &*checkpoint : nullptr,
+            return run(scene, *stepper, control, make_run_options(options), program, folder, checkpoint ? &*checkpoint : nullptr,
                        summary);
         });
     });

@@ -40,6 +40,19 @@ public:
         return {flow / sbar, flow};
     }
 
+    /// dD^pl/dsbar, zero below yield: how fast the flow relaxes the stress.
+    template <class V> [[nodiscard, gnu::always_inline]] V flow_slope(const V& sbar, const V& plastic_strain) const {
+        const V inverse_yield = V(1.0) / yield_stress(plastic_strain);
+        const V overstress = sbar * inverse_yield - V(1.0);
+        V slope = V(reference_rate_ * exponent_) * inverse_yield;
+        for (int k = 1; k < exponent_; ++k)
+            slope = slope * overstress;
+        return select(overstress > V(0.0), slope, V(0.0));
+    }
+
+    /// Size of the internal variable in error norms: one per cent of strain.
+    [[nodiscard]] double internal_scale() const { return 0.01; }
+
 private:
     double yield_stress_, hardening_, reference_rate_;
     int exponent_;

@@ -13,15 +13,18 @@ namespace ductile {
 /// What a plasticity model offers to the pointwise integrators, in the scene's natural units, for V = double and V = Pack:
 /// D^pl = D^pl(sbar, internal) sigma_0/sbar, Eq. (20), with one internal variable.
 /// - `yield_stress(internal)`: D^pl is exactly zero wherever sbar is below it;
+/// - `flow_slope(sbar, internal)`: dD^pl/dsbar, for the choice of stable steps;
 /// - `rates(sbar, internal)`: D^pl/sbar and d(internal)/dt, both zero below yield; sbar > 0.
 template <class M, class V>
 concept PlasticityModelFor = requires(const M model, const V value) {
     { model.yield_stress(value) } -> std::same_as<V>;
+    { model.flow_slope(value, value) } -> std::same_as<V>;
     { model.rates(value, value) } -> std::same_as<PlasticRates<V>>;
 };
 
 template <class M>
 concept PlasticityModel = PlasticityModelFor<M, double> && PlasticityModelFor<M, Pack> && requires(const M model) {
+    { model.internal_scale() } -> std::same_as<double>;
     { M::internal_name } -> std::convertible_to<std::string_view>;
     { M::internal_unit } -> std::convertible_to<std::string_view>;
 };

@@ -52,7 +52,18 @@ public:
         return {fluidity, V(heating_) * (sbar * sbar) * fluidity * (V(steady_) - chi)};
     }
 
-    [[nodiscard]] double steady_temperature() const { return steady_; } ///< chi_inf in natural units
+    /// dD^pl/dsbar, zero below yield: how fast the flow relaxes the stress.
+    template <class V> [[nodiscard, gnu::always_inline]] V flow_slope(const V& sbar, const V& chi) const {
+        const V inverse_sbar = V(1.0) / sbar;
+        const V overstress = V(1.0) - V(yield_stress_) * inverse_sbar;
+        const V flow = rates(sbar, chi).fluidity * sbar; // D^pl = transition * overstress
+        const V slope =
+            V(activation_) * flow + flow / maximum(overstress, V(1e-12)) * V(yield_stress_) * (inverse_sbar * inverse_sbar);
+        return select(overstress > V(0.0), slope, V(0.0));
+    }
+
+    /// Size of the internal variable in error norms: chi_inf in natural units.
+    [[nodiscard]] double internal_scale() const { return steady_; }
 
 private:
     double yield_stress_;          // s_Y

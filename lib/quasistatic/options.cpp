@@ -1,4 +1,5 @@
 #include <ductile/base/error.hpp>
+#include <ductile/quasistatic/index_reduced.hpp>
 #include <ductile/quasistatic/options.hpp>
 
 #include <cmath>
@@ -25,7 +26,7 @@ double overhead_bytes(const Grid& grid) { return 8.0 * grid.cells_x * grid.cells
 
 /// A grid that cannot fit would end with the system killing the program, or with half of the machine swapped out.
 void check_memory(const Grid& grid) {
-    const double needed = 14 * 8.0 * grid.cells_x * grid.cells_y + overhead_bytes(grid); // see ProjectionStepper::memory_bytes
+    const double needed = 14 * 8.0 * grid.cells_x * grid.cells_y + overhead_bytes(grid); // see TimeStepper::memory_bytes
     const double present = static_cast<double>(::sysconf(_SC_PHYS_PAGES)) * static_cast<double>(::sysconf(_SC_PAGESIZE));
     if (needed > present)
         throw InputError(fmt::format("--cells {}x{}: this needs about {:.3g} GB of memory, this machine has {:.3g} GB: use fewer "
@@ -96,22 +97,36 @@ void declare_time(io::Program& program, Options& o) {
     const auto help = [](std::string meaning, std::string units = {}, io::Limits allowed = io::positive) {
         return io::OptionHelp{"Time integration", std::move(meaning), std::move(units), allowed};
     };
-    program.choice("--scheme", o.scheme,
-                   {{"euler", Predictor::euler}, {"substepped", Predictor::substepped}, {"incremental", Predictor::incremental}},
-                   help("first-order projection with forward Euler or substepped plasticity, or second-order incremental"));
+    program.choice(
+        "--scheme", o.scheme,
+        {{"euler", Scheme::euler},
+         {"substepped", Scheme::substepped},
+         {"incremental", Scheme::incremental},
+         {"ralston", Scheme::ralston},
+         {"bogacki-shampine", Scheme::bogacki_shampine},
+         {"dormand-prince", Scheme::dormand_prince},
+         {"chebyshev", Scheme::chebyshev}},
+        help("projection with forward Euler, substepped plasticity or velocity increment (second order); index-reduced "
+             "Runge-Kutta of order 2, 3, 5, or stabilised of order 2"));
     program.choice("--step", o.step, {{"fixed", StepChoice::fixed}, {"adaptive", StepChoice::adaptive}},
-                   help("fixed steps, or adaptive ones by the size of the projection"));
+                   help("fixed steps; or adaptive ones, by the size of the projection or by the error of index-reduced schemes"));
     program.option("--dt", o.dt, help("fixed step: a positive number, or auto for the paper's 0.5e4 t_s h/L", "s"));
-    program.option("--tolerance", o.adaptive.tolerance, help("adaptive: F_Q, the projection is held near F_Q (h/L)^2"));
-    program.option("--dt-start", o.adaptive.first_step, help("adaptive: first step", "s"));
-    program.option("--dt-min", o.adaptive.smallest_step, help("adaptive: smallest step", "s"));
-    program.option("--dt-max", o.adaptive.largest_step, help("adaptive: largest step", "s"));
-    program.option("--step-growth", o.adaptive.largest_growth, help("adaptive: F_max", "", io::at_least(1.0)));
-    program.option("--step-safety", o.adaptive.safety, help("adaptive: F_s", "", io::between(0.01, 1.0)));
-    program.option("--pointwise-fixed", o.pointwise.fixed_factor,
-                   help("fixed steps: tolerance of the pointwise integration divided by (dt/t_s)^2"));
-    program.option("--pointwise-adaptive", o.pointwise.adaptive_factor,
-                   help("adaptive steps: tolerance of the pointwise integration divided by (h/L)^2"));
+    program.option(
+        "--tolerance", o.tolerance,
+        help("adaptive: projection schemes hold Q* near this times (h/L)^2 (auto: 0.001); index-reduced schemes bound the "
+             "error of a step in sigma/s_Y and chi/chi_inf (auto: 1e-4)"));
+    program.option("--dt-start", o.projection_steps.first_step, help("adaptive projection: first step", "s"));
+    program.option("--dt-min", o.projection_steps.smallest_step, help("adaptive projection: smallest step", "s"));
+    program.option("--dt-max", o.projection_steps.largest_step, help("adaptive projection: largest step", "s"));
+    program.option("--step-growth", o.projection_steps.largest_growth, help("adaptive projection: F_max", "", io::at_least(1.0)));
+    program.option("--step-safety", o.projection_steps.safety, help("adaptive projection: F_s", "", io::between(0.01, 1.0)));
+    program.option("--pointwise-fixed", o.pointwise_fixed,
+                   help("projection schemes, fixed steps: tolerance of the pointwise integration divided by (dt/t_s)^2"));
+    program.option("--pointwise-adaptive", o.pointwise_adaptive,
+                   help("projection schemes, adaptive steps: tolerance of the pointwise integration divided by (h/L)^2"));
+    program.option("--velocity-passes", o.velocity_passes,
+                   help("index-reduced schemes: elliptic solves a right-hand side at most; fewer are taken where they suffice",
+                        "", io::between(1, 20)));
     program.choice("--equilibrium", o.solver,
                    {{"fastest", SolverKind::fastest}, {"fourier", SolverKind::fourier}, {"cholesky", SolverKind::cholesky}},
                    help("solver of the elliptic problem"));
@@ -189,22 +204,68 @@ Field make_initial_internal(const Options& o, const Scene& scene) {
     return initial_internal(scene.grid, initial(), lowest);
 }
 
+namespace {
+
+bool index_reduced(Scheme scheme) { return scheme >= Scheme::ralston; }
+
+double number_or_auto(const std::string& text, const char* option, double standard, const char* meaning) {
+    if (text == "auto")
+        return standard;
+    try {
+        return io::parse_number(text, io::positive);
+    } catch (const InputError& error) {
+        throw InputError(fmt::format("{} {}: {}; or auto for {}", option, text, error.what(), meaning));
+    }
+}
+
+double tolerance(const Options& o) {
+    return index_reduced(o.scheme) ? number_or_auto(o.tolerance, "--tolerance", 1e-4, "1e-4")
+                                   : number_or_auto(o.tolerance, "--tolerance", 1e-3, "0.001");
+}
+
+/// The power of dt that the error estimate of an index-reduced scheme falls with.
+int estimate_order(Scheme scheme) { return scheme == Scheme::ralston ? 2 : scheme == Scheme::dormand_prince ? 5 : 3; }
+
+} // namespace
+
 StepControl make_step_control(const Options& o, const Scene& scene) {
     const double unit = scene.units.time;
-    if (o.step == StepChoice::adaptive) {
-        AdaptiveStepOptions adaptive = o.adaptive;
-        for (double* step : {&adaptive.first_step, &adaptive.smallest_step, &adaptive.largest_step})
-            *step /= unit;
-        if (!(adaptive.smallest_step <= adaptive.largest_step))
-            throw InputError(fmt::format("--dt-min {} exceeds --dt-max {}", o.adaptive.smallest_step, o.adaptive.largest_step));
-        return StepControl(scene.grid, adaptive, o.pointwise);
-    }
-    if (o.dt == "auto")
-        return StepControl(scene.grid, 0.5e4 * std::sqrt(scene.grid.cell_area()), o.pointwise);
-    try {
-        return StepControl(scene.grid, io::parse_number(o.dt, io::positive) / unit, o.pointwise);
-    } catch (const InputError& error) {
-        throw InputError(fmt::format("--dt {}: {}; or auto for the paper's 0.5e4 t_s h/L", o.dt, error.what()));
+    const double standard_dt = 0.5e4 * unit * std::sqrt(scene.grid.cell_area());
+    if (o.step == StepChoice::fixed)
+        return {scene.grid, FixedSteps{number_or_auto(o.dt, "--dt", standard_dt, "the paper's 0.5e4 t_s h/L") / unit}};
+    if (index_reduced(o.scheme))
+        return {scene.grid, ErrorSteps{.tolerance = tolerance(o), .order = estimate_order(o.scheme)}};
+    ProjectionSteps steps = o.projection_steps;
+    steps.tolerance = tolerance(o);
+    for (double* step : {&steps.first_step, &steps.smallest_step, &steps.largest_step})
+        *step /= unit;
+    if (!(steps.smallest_step <= steps.largest_step))
+        throw InputError(
+            fmt::format("--dt-min {} exceeds --dt-max {}", o.projection_steps.smallest_step, o.projection_steps.largest_step));
+    return {scene.grid, steps};
+}
+
+std::unique_ptr<TimeStepper> make_time_stepper(const Options& o, const Scene& scene, double solves, State state) {
+    auto solver = make_equilibrium_solver(
+        {.grid = scene.grid, .elasticity = scene.elasticity, .stiffness = o.stiffness, .expected_solves = solves}, o.solver);
+    const PassOptions passes{.largest = o.velocity_passes, .tolerance = 0.1 * tolerance(o)};
+    const auto projection = [&](Predictor predictor) {
+        using Scale = PointwiseTolerance::Scale;
+        const PointwiseTolerance pointwise = o.step == StepChoice::fixed ? PointwiseTolerance{Scale::step, o.pointwise_fixed}
+                                                                         : PointwiseTolerance{Scale::cell, o.pointwise_adaptive};
+        return std::make_unique<ProjectionStepper>(scene, predictor, pointwise, std::move(solver), std::move(state));
+    };
+    switch (o.scheme) {
+    case Scheme::euler:
+        return projection(Predictor::euler);
+    case Scheme::substepped:
+        return projection(Predictor::substepped);
+    case Scheme::incremental:
+        return projection(Predictor::incremental);
+    case Scheme::chebyshev:
+        return make_runge_kutta_chebyshev(scene, std::move(solver), passes, std::move(state));
+    default:
+        return make_runge_kutta(o.scheme, scene, std::move(solver), passes, std::move(state));
     }
 }
 
@@ -213,28 +274,32 @@ RunOptions make_run_options(const Options& o) {
 }
 
 double expected_solves(const Options& o, const StepControl& control, const Units& units) {
-    const double longest = o.step == StepChoice::fixed ? control.planned_step() : o.adaptive.largest_step / units.time;
+    if (index_reduced(o.scheme) && o.step == StepChoice::adaptive)
+        return 500.0;
+    const double longest = o.step == StepChoice::fixed ? control.planned_step() : o.projection_steps.largest_step / units.time;
     return o.duration / units.time / longest;
 }
 
-std::string describe(const Options& o, const Scene& scene, const ProjectionStepper& stepper, std::string_view solver_name,
-                     int threads) {
+std::string describe(const Options& o, const Scene& scene, const TimeStepper& stepper, int threads) {
     const Grid& g = scene.grid;
     const double strain_rate = scene.walls.after(0.0).u / (0.5 * g.height) / scene.units.time;
-    const char* schemes[] = {"first-order projection, forward Euler", "first-order projection, substepped plasticity",
-                             "second-order incremental projection"};
+    const char* schemes[] = {"first-order projection, forward Euler",        "first-order projection, substepped plasticity",
+                             "second-order incremental projection",          "index-reduced Ralston (order 2)",
+                             "index-reduced Bogacki-Shampine (order 3)",     "index-reduced Dormand-Prince (order 5)",
+                             "index-reduced Runge-Kutta-Chebyshev (order 2)"};
     const std::string unknowns =
         fmt::format("{} velocities, {} cell values", 2LL * g.cells_x * (g.cells_y - 1), 5LL * g.cells_x * g.cells_y);
-    return fmt::format("grid      {} x {} cells on {} x {} m; {}\n"
-                       "material  K = {:g} GPa, mu = {:g} GPa, {} plasticity, yield stress {:g} MPa; shear rate {:.3g} 1/s\n"
-                       "model     {}; {}, {} steps; {} solver, {} operator\n"
-                       "memory    about {:.0f} MB; {} thread{}\n",
-                       g.cells_x, g.cells_y, o.width, o.height, unknowns, o.elasticity.bulk_modulus * 1e-9,
-                       o.elasticity.shear_modulus * 1e-9, o.plasticity == PlasticityChoice::stz ? "STZ" : "Perzyna",
-                       o.yield_stress * 1e-6, strain_rate, scene.model == Model::full ? "full" : "reduced",
-                       schemes[static_cast<int>(o.scheme)], o.step == StepChoice::fixed ? "fixed" : "adaptive", solver_name,
-                       o.stiffness == Stiffness::exact ? "exact" : "fully integrated",
-                       (static_cast<double>(stepper.memory_bytes()) + overhead_bytes(g)) * 1e-6, threads, threads == 1 ? "" : "s");
+    return fmt::format(
+        "grid      {} x {} cells on {} x {} m; {}\n"
+        "material  K = {:g} GPa, mu = {:g} GPa, {} plasticity, yield stress {:g} MPa; shear rate {:.3g} 1/s\n"
+        "model     {}; {}, {} steps; {} solver, {} operator\n"
+        "memory    about {:.0f} MB; {} thread{}\n",
+        g.cells_x, g.cells_y, o.width, o.height, unknowns, o.elasticity.bulk_modulus * 1e-9, o.elasticity.shear_modulus * 1e-9,
+        o.plasticity == PlasticityChoice::stz ? "STZ" : "Perzyna", o.yield_stress * 1e-6, strain_rate,
+        scene.model == Model::full ? "full" : "reduced", schemes[static_cast<int>(o.scheme)],
+        o.step == StepChoice::fixed ? "fixed" : "adaptive", o.solver == SolverKind::cholesky ? "cholesky" : "fourier",
+        o.stiffness == Stiffness::exact ? "exact" : "fully integrated",
+        (static_cast<double>(stepper.memory_bytes()) + overhead_bytes(g)) * 1e-6, threads, threads == 1 ? "" : "s");
 }
 
 } // namespace ductile::quasistatic

@@ -2,7 +2,7 @@
 #include <ductile/equilibrium/solver.hpp>
 #include <ductile/io/program.hpp>
 #include <ductile/quasistatic/initial.hpp>
-#include <ductile/quasistatic/predictor.hpp>
+#include <ductile/quasistatic/projection_stepper.hpp>
 #include <ductile/quasistatic/run.hpp>
 #include <ductile/quasistatic/scene.hpp>
 #include <ductile/quasistatic/step_control.hpp>
@@ -36,13 +36,15 @@ struct Options {
     double wall_velocity = 2e-7 * 0.01 / 4.05e-6; ///< 2e-7 L/t_s
     std::string wall_history;                     ///< replaces wall_velocity unless empty
 
-    Predictor scheme = Predictor::incremental;
+    Scheme scheme = Scheme::incremental;
     Stiffness stiffness = Stiffness::exact;
     SolverKind solver = SolverKind::fastest;
     StepChoice step = StepChoice::fixed;
     std::string dt = "auto"; ///< seconds, or 0.5e4 t_s h/L (Sec. 8.1)
-    AdaptiveStepOptions adaptive{.smallest_step = 1e-6 * 4.05e-6, .largest_step = 1e3 * 4.05e-6, .first_step = 10 * 4.05e-6};
-    PointwiseTolerance pointwise;
+    std::string tolerance = "auto";
+    ProjectionSteps projection_steps{.smallest_step = 1e-6 * 4.05e-6, .largest_step = 1e3 * 4.05e-6, .first_step = 10 * 4.05e-6};
+    double pointwise_fixed = 1e-7, pointwise_adaptive = 0.1; ///< F_RK2(1)
+    int velocity_passes = 4;
 
     double duration = 1.4175;
     std::vector<double> snapshots{0.0, 0.46575, 0.9315, 1.4175}; ///< the times of Fig. 2
@@ -55,14 +57,17 @@ void declare(io::Program& program, Options& options);
 /// The scene in natural units. Throws InputError for impossible values.
 [[nodiscard]] Scene make_scene(const Options& options);
 [[nodiscard]] Field make_initial_internal(const Options& options, const Scene& scene);
-/// Fixed or adaptive steps in natural units. Throws InputError when --dt is not "auto" or a positive number.
+/// Fixed steps, or adaptive ones of the kind that the scheme has, in natural units. Throws InputError when --dt or --tolerance is
+/// neither "auto" nor a positive number.
 [[nodiscard]] StepControl make_step_control(const Options& options, const Scene& scene);
+/// The solver and the scheme around it. `solves` is the number of elliptic solves expected, for the planning of transforms.
+[[nodiscard]] std::unique_ptr<TimeStepper> make_time_stepper(const Options& options, const Scene& scene, double solves,
+                                                             State state);
 [[nodiscard]] RunOptions make_run_options(const Options& options);
 /// Number of elliptic solves the run is expected to take, for the planning of transforms.
 [[nodiscard]] double expected_solves(const Options& options, const StepControl& control, const Units& units);
 
 /// The lines before a run: grid, unknowns, material with the physical strain rate, scheme, memory, threads.
-[[nodiscard]] std::string describe(const Options& options, const Scene& scene, const ProjectionStepper& stepper,
-                                   std::string_view solver_name, int threads);
+[[nodiscard]] std::string describe(const Options& options, const Scene& scene, const TimeStepper& stepper, int threads);
 
 } // namespace ductile::quasistatic

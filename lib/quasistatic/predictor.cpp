@@ -1,7 +1,6 @@
 #include <ductile/base/threads.hpp>
+#include <ductile/quasistatic/cell_rates.hpp>
 #include <ductile/quasistatic/predictor.hpp>
-#include <ductile/space/staggered.hpp>
-#include <ductile/space/transport.hpp>
 
 #include <omp.h>
 #include <variant>
@@ -10,28 +9,6 @@
 namespace ductile::quasistatic {
 
 namespace {
-
-using PointState = std::array<Pack, 4>; // s, tau, q, internal; p only follows its source
-
-[[gnu::always_inline]] inline Pack deviatoric_square(const PointState& y) {
-    return y[0] * y[0] + y[1] * y[1] + Pack(3.0) * (y[2] * y[2]);
-}
-
-/// Rate of (s, tau, q, internal): frozen sources minus the plastic relaxation -C : D^pl = -2 mu (D^pl/sbar) sigma_0, Eq. (20).
-template <class M> struct PointRate {
-    const M& model;
-    const Pack two_mu;
-    const PointState source;
-
-    [[gnu::always_inline]] PointState operator()(const PointState& y) const {
-        // the bound keeps 0/0 away from points without stress
-        const Pack sbar = maximum(square_root(deviatoric_square(y)), Pack(1e-150));
-        const auto rates = model.rates(sbar, y[3]);
-        const Pack relaxation = two_mu * rates.fluidity;
-        return {source[0] - relaxation * y[0], source[1] - relaxation * y[1], source[2] - relaxation * y[2],
-                source[3] + rates.internal};
-    }
-};
 
 /// Whether sbar stays below yield on the straight path from y to y + dt source.
 template <class M>
@@ -44,8 +21,7 @@ template <class M, Predictor predictor, bool transported> class Sweep {
 public:
     Sweep(const Scene& scene, const M& model, const CellState& now, const VectorField& velocity, double dt,
           const Rk21Options& options, CellState& next)
-        : scene_(scene), model_(model), now_(now), velocity_(velocity), dt_(dt), options_(options), next_(next),
-          half_inverse_dx_(0.5 / scene.grid.dx()), half_inverse_dy_(0.5 / scene.grid.dy()) {}
+        : scene_(scene), model_(model), now_(now), velocity_(velocity), dt_(dt), options_(options), next_(next) {}
 
     void row(int j, Rk21Counts& counts) const {
         const int columns = scene_.grid.cells_x;
@@ -64,27 +40,8 @@ private:
         const double *p = now_.stress.p.row(j) + i, *s = now_.stress.s.row(j) + i, *tau = now_.stress.tau.row(j) + i;
         const double *q = now_.stress.q.row(j) + i, *internal = now_.internal.row(j) + i;
         PointState y{load(s), load(tau), load(q), load(internal)};
-        Pack p_source(0.0);
-        PointState source{Pack(0.0), Pack(0.0), Pack(0.0), Pack(0.0)};
-
-        if constexpr (transported || predictor == Predictor::incremental) {
-            const Corners u(velocity_.u.row(j) + i, velocity_.u.row(j + 1) + i);
-            const Corners v(velocity_.v.row(j) + i, velocity_.v.row(j + 1) + i);
-            const VelocityGradient gradient = velocity_gradient(u, v, half_inverse_dx_, half_inverse_dy_);
-            if constexpr (predictor == Predictor::incremental) {
-                const StressPack elastic = elastic_rate(scene_.elasticity, gradient);
-                p_source = elastic.p;
-                source = {elastic.s, elastic.tau, elastic.q, Pack(0.0)};
-            }
-            if constexpr (transported) {
-                const Pack uc = u.mean(), vc = v.mean(), turn = gradient.uy - gradient.vx;
-                p_source = p_source + advection(p, uc, vc);
-                source[0] = source[0] + turn * y[1] + advection(s, uc, vc);
-                source[1] = source[1] + advection(tau, uc, vc) - turn * y[0];
-                source[2] = source[2] + advection(q, uc, vc);
-                source[3] = source[3] + advection(internal, uc, vc);
-            }
-        }
+        const auto [p_source, source] =
+            cell_sources<predictor == Predictor::incremental, transported>(scene_, now_, velocity_, i, j);
 
         const Pack dt(dt_);
         store(load(p) + dt * p_source, next_.stress.p.row(j) + i);
@@ -111,10 +68,6 @@ private:
         store(end[3], next_.internal.row(j) + i);
     }
 
-    [[gnu::always_inline]] Pack advection(const double* f, const Pack& u, const Pack& v) const {
-        return advection_rate(f, now_.internal.stride(), u, v, half_inverse_dx_, half_inverse_dy_);
-    }
-
     const Scene& scene_;
     const M& model_;
     const CellState& now_;
@@ -122,7 +75,6 @@ private:
     double dt_;
     const Rk21Options& options_;
     CellState& next_;
-    double half_inverse_dx_, half_inverse_dy_;
 };
 
 template <class M, Predictor predictor, bool transported>

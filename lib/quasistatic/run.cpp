@@ -1,161 +1,14 @@
+#include <ductile/base/error.hpp>
 #include <ductile/base/timer.hpp>
-#include <ductile/io/history.hpp>
 #include <ductile/io/interrupt.hpp>
-#include <ductile/io/progress.hpp>
-#include <ductile/io/snapshots.hpp>
-#include <ductile/io/terminal_plot.hpp>
+#include <ductile/quasistatic/recorder.hpp>
 #include <ductile/quasistatic/run.hpp>
 
 #include <algorithm>
-#include <cmath>
-#include <fmt/format.h>
-#include <string>
 
 namespace ductile::quasistatic {
 
-namespace {
-
-io::ArrayView view(const Field& field) { return {field.row(0), field.rows(), field.columns(), field.stride()}; }
-
-/// The fields of a state by their names in checkpoints; `State` is const or not.
-template <class S> auto named_fields(S& state) {
-    auto& [p, s, tau, q] = state.cells.stress;
-    return std::array{std::pair{"p", &p},
-                      std::pair{"s", &s},
-                      std::pair{"tau", &tau},
-                      std::pair{"q", &q},
-                      std::pair{"internal", &state.cells.internal},
-                      std::pair{"velocity_x", &state.velocity.u},
-                      std::pair{"velocity_y", &state.velocity.v}};
-}
-
-std::vector<std::string> history_columns(const std::string& internal, const std::string& unit) {
-    const std::string suffix = unit == "1" ? "" : "_" + unit;
-    return {"time_s",
-            "step",
-            "dt_s",
-            "wall_strain",
-            "wall_shear_traction_Pa",
-            "wall_normal_traction_Pa",
-            "mean_deviatoric_magnitude_Pa",
-            "largest_deviatoric_magnitude_Pa",
-            "smallest_" + internal + suffix,
-            "largest_" + internal + suffix,
-            "plastic_fraction",
-            "projection_measure"};
-}
-
-/// Everything a run writes, in SI.
-class Recorder {
-public:
-    Recorder(const Scene& scene, const RunOptions& options, const io::Program& program, const io::OutputFolder& folder,
-             const io::CheckpointReader* checkpoint, double start_s)
-        : scene_(scene), program_(program), folder_(folder),
-          internal_name_(std::visit([](const auto& m) { return std::string(m.internal_name); }, scene.plasticity)),
-          internal_unit_(std::visit([](const auto& m) { return std::string(m.internal_unit); }, scene.plasticity)),
-          snapshots_(folder.fields(), program.name(),
-                     {scene.grid.cells_x, scene.grid.cells_y, scene.grid.width * scene.units.length,
-                      scene.grid.height * scene.units.length, scene.grid.x(0) * scene.units.length,
-                      scene.grid.y(0) * scene.units.length},
-                     checkpoint && folder.continued() ? std::optional(io::EarlierSnapshots{folder.fields(), start_s})
-                                                      : std::nullopt,
-                     {{"time_unit_s", scene.units.time}, {"yield_stress_Pa", scene.units.stress}}),
-          history_(folder.history(), history_columns(internal_name_, internal_unit_)),
-          progress_({.duration_s = options.duration_s, .start_s = start_s, .quiet = program.common().quiet}) {
-        if (checkpoint)
-            history_.restore(checkpoint->history());
-    }
-
-    void snapshot(const State& state) {
-        const Units& u = scene_.units;
-        const CellState& cells = state.cells;
-        Field magnitude(scene_.grid.cells_y, scene_.grid.cells_x);
-        for (int j = 0; j < magnitude.rows(); ++j)
-            for (int i = 0; i < magnitude.columns(); ++i) {
-                const double s = cells.stress.s(i, j), tau = cells.stress.tau(i, j), q = cells.stress.q(i, j);
-                magnitude(i, j) = std::sqrt(s * s + tau * tau + 3.0 * q * q);
-            }
-        using enum io::Centring;
-        const std::array fields{io::SnapshotField{"pressure", "Pa", cell, view(cells.stress.p), u.stress},
-                                io::SnapshotField{"s", "Pa", cell, view(cells.stress.s), u.stress},
-                                io::SnapshotField{"tau", "Pa", cell, view(cells.stress.tau), u.stress},
-                                io::SnapshotField{"q", "Pa", cell, view(cells.stress.q), u.stress},
-                                io::SnapshotField{"deviatoric_magnitude", "Pa", cell, view(magnitude), u.stress},
-                                io::SnapshotField{internal_name_, internal_unit_, cell, view(cells.internal), u.temperature},
-                                io::SnapshotField{"velocity_x", "m/s", corner, view(state.velocity.u), u.velocity()},
-                                io::SnapshotField{"velocity_y", "m/s", corner, view(state.velocity.v), u.velocity()}};
-        snapshots_.write(state.time * u.time, state.step, fields);
-    }
-
-    void row(const State& state, double dt, double projection_measure) {
-        const Units& u = scene_.units;
-        const Observables o = observe(scene_, state.cells);
-        const double strain = scene_.walls.displacement(state.time).u / (0.5 * scene_.grid.height);
-        history_.append({state.time * u.time, static_cast<double>(state.step), dt * u.time, strain, o.wall_traction * u.stress,
-                         o.normal_traction * u.stress, o.mean_magnitude * u.stress, o.largest_magnitude * u.stress,
-                         o.smallest_internal * u.temperature, o.largest_internal * u.temperature, o.plastic_fraction,
-                         projection_measure});
-    }
-
-    void progress(const State& state, const StepControl::Step& step) {
-        progress_.update({state.time * scene_.units.time, state.step, step.dt * scene_.units.time, to_string(step.limit)});
-    }
-
-    void checkpoint(const State& state, const StepControl& control, const std::map<std::string, std::int64_t>& counters) {
-        io::Checkpoint content{.program = program_.name(), .format = checkpoint_format, .config = program_.config_text()};
-        content.scalars = {{"time", state.time}, {"planned_step", control.planned_step()}};
-        content.counters = counters;
-        content.counters["step"] = state.step;
-        content.counters["cells_x"] = scene_.grid.cells_x;
-        content.counters["cells_y"] = scene_.grid.cells_y;
-        for (const auto& [name, field] : named_fields(state))
-            content.arrays.emplace_back(name, view(*field));
-        content.history = &history_.table();
-        io::write_checkpoint(folder_.checkpoint(), content);
-    }
-
-    /// The strain-stress curve of the whole run, for the terminal.
-    [[nodiscard]] std::string curve() const {
-        const std::vector<double> strain = history_.table().column("wall_strain");
-        std::vector<double> traction = history_.table().column("wall_shear_traction_Pa");
-        for (double& value : traction)
-            value *= 1e-6;
-        return io::terminal_plot(strain, traction, {.x_label = "wall strain", .y_label = "shear traction on the wall [MPa]"});
-    }
-
-    void finish() {
-        progress_.finish();
-        history_.finish();
-        snapshots_.finish();
-    }
-
-private:
-    const Scene& scene_;
-    const io::Program& program_;
-    const io::OutputFolder& folder_;
-    std::string internal_name_, internal_unit_;
-    io::SnapshotWriter snapshots_;
-    io::History history_;
-    io::Progress progress_;
-};
-
-} // namespace
-
-State read_state(const io::CheckpointReader& checkpoint, const Grid& grid) {
-    checkpoint.require_cells({grid.cells_x, grid.cells_y});
-    State state{.cells = CellState(grid),
-                .velocity = {Field(grid.cells_y + 1, grid.cells_x), Field(grid.cells_y + 1, grid.cells_x)},
-                .time = checkpoint.scalar("time"),
-                .step = checkpoint.counter("step")};
-    for (const auto& [name, field] : named_fields(state)) {
-        checkpoint.read_array(name, {field->row(0), field->rows(), field->columns(), field->stride()});
-        for (int j = 0; j < field->rows(); ++j)
-            field->wrap_row(j);
-    }
-    return state;
-}
-
-io::RunStatus run(const Scene& scene, ProjectionStepper& stepper, StepControl& control, const RunOptions& options,
+io::RunStatus run(const Scene& scene, TimeStepper& stepper, StepControl& control, const RunOptions& options,
                   const io::Program& program, const io::OutputFolder& folder, const io::CheckpointReader* checkpoint,
                   io::RunSummary& summary) {
     const double unit = scene.units.time;
@@ -172,12 +25,20 @@ io::RunStatus run(const Scene& scene, ProjectionStepper& stepper, StepControl& c
     if (targets.empty() || targets.back() < end)
         targets.push_back(end);
 
-    std::map<std::string, std::int64_t> counters{{"pointwise_substeps", 0}, {"rejected_substeps", 0}, {"elliptic_solves", 0}};
-    if (checkpoint) {
-        control.restore_planned_step(checkpoint->scalar("planned_step"));
-        for (auto& [name, value] : counters)
-            value = checkpoint->counter(name);
-    }
+    std::int64_t rejected_steps = 0;
+    if (checkpoint)
+        restore_hidden(*checkpoint, stepper, control);
+    const auto counters = [&] {
+        const StepperCounts now = stepper.counts();
+        std::map<std::string, std::int64_t> total{{"elliptic_solves", now.elliptic_solves},
+                                                  {"rate_evaluations", now.evaluations},
+                                                  {"pointwise_substeps", now.pointwise_substeps},
+                                                  {"rejected_substeps", now.rejected_substeps},
+                                                  {"rejected_steps", rejected_steps}};
+        for (auto& [name, count] : total)
+            count += checkpoint ? checkpoint->counter(name) : 0;
+        return total;
+    };
 
     Timer wall, since_checkpoint;
     Recorder recorder(scene, options, program, folder, checkpoint, start * unit);
@@ -186,24 +47,27 @@ io::RunStatus run(const Scene& scene, ProjectionStepper& stepper, StepControl& c
             recorder.snapshot(stepper.state());
         recorder.row(stepper.state(), 0.0, 0.0);
     }
+    double output_seconds = 0.0;
     const auto describe_run = [&] {
-        const PhaseSeconds phases = stepper.phase_seconds();
+        auto total = counters();
         summary.steps = stepper.state().step;
-        summary.elliptic_solves = counters["elliptic_solves"];
-        summary.pointwise_substeps = counters["pointwise_substeps"];
+        summary.rejected_steps = total["rejected_steps"];
+        summary.elliptic_solves = total["elliptic_solves"];
+        summary.pointwise_substeps = total["pointwise_substeps"];
         summary.wall_seconds = wall.seconds();
-        summary.phase_seconds = {{"predictor", phases.predictor}, {"elliptic solve", phases.solve}, {"update", phases.update}};
-        summary.extra["rejected_substeps"] = counters["rejected_substeps"];
+        summary.phase_seconds = stepper.phase_seconds();
+        summary.phase_seconds.emplace_back("output", output_seconds);
+        summary.extra["rate_evaluations"] = total["rate_evaluations"];
+        summary.extra["rejected_substeps"] = total["rejected_substeps"];
         summary.extra["simulated_time_s"] = stepper.state().time * unit;
         summary.drawing = recorder.curve();
     };
 
-    double output_seconds = 0.0;
     std::size_t target = 0;
     try {
         while (target < targets.size()) {
             if (io::interrupted()) {
-                recorder.checkpoint(stepper.state(), control, counters);
+                recorder.checkpoint(stepper, control, counters());
                 recorder.finish();
                 describe_run();
                 return io::RunStatus::interrupted;
@@ -211,16 +75,25 @@ io::RunStatus run(const Scene& scene, ProjectionStepper& stepper, StepControl& c
             const double knot = scene.walls.next_knot(stepper.state().time);
             const double goal = std::min(targets[target], knot);
             const StepControl::Step step = control.next(stepper.state().time, goal);
-            const StepReport report = stepper.step(step.dt, step.end, control.pointwise_options(step.dt));
-            control.update(step, report.projection_measure);
-            counters["pointwise_substeps"] += report.substeps.accepted;
-            counters["rejected_substeps"] += report.substeps.rejected;
-            ++counters["elliptic_solves"];
+            StepAttempt attempt;
+            try {
+                attempt = stepper.attempt(step.dt, step.end);
+            } catch (const RunError&) {
+                if (!control.retry_shorter(step))
+                    throw;
+                ++rejected_steps;
+                continue;
+            }
+            if (!control.judge(step, attempt)) {
+                ++rejected_steps;
+                continue;
+            }
+            stepper.accept();
 
             Timer output;
             const bool last = step.lands && goal == end;
             if (last || stepper.state().step % options.history_every == 0)
-                recorder.row(stepper.state(), step.dt, report.projection_measure);
+                recorder.row(stepper.state(), step.dt, attempt.measure);
             recorder.progress(stepper.state(), step);
             if (step.lands && goal == targets[target]) {
                 if (std::binary_search(snapshot_times.begin(), snapshot_times.end(), goal))
@@ -228,7 +101,7 @@ io::RunStatus run(const Scene& scene, ProjectionStepper& stepper, StepControl& c
                 ++target;
             }
             if (since_checkpoint.seconds() > program.common().checkpoint_every_s) {
-                recorder.checkpoint(stepper.state(), control, counters);
+                recorder.checkpoint(stepper, control, counters());
                 since_checkpoint.lap();
             }
             output_seconds += output.seconds();
@@ -238,10 +111,9 @@ io::RunStatus run(const Scene& scene, ProjectionStepper& stepper, StepControl& c
         recorder.finish();
         throw;
     }
-    recorder.checkpoint(stepper.state(), control, counters);
+    recorder.checkpoint(stepper, control, counters());
     recorder.finish();
     describe_run();
-    summary.phase_seconds.emplace_back("output", output_seconds);
     return io::RunStatus::completed;
 }
 

@@ -5,7 +5,7 @@
 #include <ductile/io/summary.hpp>
 #include <ductile/quasistatic/scene.hpp>
 #include <ductile/quasistatic/step_control.hpp>
-#include <ductile/quasistatic/stepper.hpp>
+#include <ductile/quasistatic/time_stepper.hpp>
 
 #include <vector>
 
@@ -27,7 +27,7 @@ inline constexpr int checkpoint_format = 1;
 /// Steps `stepper` to the end: snapshots, history, progress, checkpoints; a signal ends the run with a checkpoint.
 /// `checkpoint` (or null) is what the run goes on from: it restores the step control, the history and the counters.
 /// Fills in `summary`. Throws RunError when a step fails; what was written before is kept.
-[[nodiscard]] io::RunStatus run(const Scene& scene, ProjectionStepper& stepper, StepControl& control, const RunOptions& options,
+[[nodiscard]] io::RunStatus run(const Scene& scene, TimeStepper& stepper, StepControl& control, const RunOptions& options,
                                 const io::Program& program, const io::OutputFolder& folder,
                                 const io::CheckpointReader* checkpoint, io::RunSummary& summary);
 

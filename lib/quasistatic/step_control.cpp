@@ -5,12 +5,28 @@
 
 namespace ductile::quasistatic {
 
+namespace {
+
+double first_step(const StepControl::Policy& policy) {
+    if (const auto* fixed = std::get_if<FixedSteps>(&policy))
+        return fixed->dt;
+    if (const auto* projection = std::get_if<ProjectionSteps>(&policy))
+        return projection->first_step;
+    return std::get<ErrorSteps>(policy).first_step;
+}
+
+} // namespace
+
 const char* to_string(StepLimit limit) {
     switch (limit) {
     case StepLimit::fixed:
         return "fixed";
     case StepLimit::projection:
         return "projection Q*";
+    case StepLimit::accuracy:
+        return "accuracy";
+    case StepLimit::relaxation:
+        return "plastic relaxation";
     case StepLimit::growth:
         return "growth";
     case StepLimit::largest:
@@ -23,51 +39,81 @@ const char* to_string(StepLimit limit) {
     return "";
 }
 
-StepControl::StepControl(const Grid& grid, double fixed_step, const PointwiseTolerance& pointwise)
-    : cell_area_(grid.cell_area()), pointwise_(pointwise), planned_(fixed_step) {}
-
-StepControl::StepControl(const Grid& grid, const AdaptiveStepOptions& adaptive, const PointwiseTolerance& pointwise)
-    : cell_area_(grid.cell_area()), adaptive_(adaptive), pointwise_(pointwise), planned_(adaptive.first_step),
-      limit_(StepLimit::growth) {}
+StepControl::StepControl(const Grid& grid, const Policy& policy)
+    : cell_area_(grid.cell_area()), policy_(policy), planned_(first_step(policy)),
+      limit_(std::holds_alternative<FixedSteps>(policy) ? StepLimit::fixed : StepLimit::growth) {}
 
 StepControl::Step StepControl::next(double time, double target) const {
     const double left = target - time;
     if (planned_ >= left * (1.0 - 1e-6)) // a sliver of a step is worth less than a step longer by a millionth
         return {.dt = left, .end = target, .lands = true, .limit = planned_ > left * (1.0 + 1e-6) ? StepLimit::output : limit_};
-    if (adaptive_ && planned_ > 0.5 * left)
+    if (planned_ > 0.5 * left && !std::holds_alternative<FixedSteps>(policy_))
         return {.dt = 0.5 * left, .end = time + 0.5 * left, .limit = StepLimit::output};
     return {.dt = planned_, .end = time + planned_, .limit = limit_};
 }
 
-void StepControl::update(const Step& step, double projection_measure) {
-    if (!adaptive_)
-        return;
-    const AdaptiveStepOptions& a = *adaptive_;
-    const double tolerance = *projection_tolerance();
-    const double by_projection =
-        projection_measure > 0.0 ? a.safety * std::sqrt(tolerance / projection_measure) : a.largest_growth;
-    const double factor = std::min(a.largest_growth, by_projection);
-    limit_ = by_projection < a.largest_growth ? StepLimit::projection : StepLimit::growth;
+bool StepControl::judge(const Step& step, const StepAttempt& attempt) {
+    if (const auto* projection = std::get_if<ProjectionSteps>(&policy_))
+        return judge_by_projection(*projection, step, attempt.measure);
+    if (const auto* error = std::get_if<ErrorSteps>(&policy_))
+        return judge_by_error(*error, step, attempt);
+    return true;
+}
+
+// Eq. (56)
+bool StepControl::judge_by_projection(const ProjectionSteps& policy, const Step& step, double measure) {
+    const double tolerance = policy.tolerance * cell_area_;
+    const double by_projection = measure > 0.0 ? policy.safety * std::sqrt(tolerance / measure) : policy.largest_growth;
+    const double factor = std::min(policy.largest_growth, by_projection);
+    limit_ = by_projection < policy.largest_growth ? StepLimit::projection : StepLimit::growth;
     double proposal = step.dt * factor;
     // a step cut to land on a target says little about a longer one: the plan stands unless Q* asks for less
     if (step.limit == StepLimit::output && by_projection >= 1.0)
         proposal = std::max(proposal, planned_);
-    if (proposal >= a.largest_step)
+    if (proposal >= policy.largest_step)
         limit_ = StepLimit::largest;
-    if (proposal <= a.smallest_step)
+    if (proposal <= policy.smallest_step)
         limit_ = StepLimit::smallest;
-    planned_ = std::clamp(proposal, a.smallest_step, a.largest_step);
+    planned_ = std::clamp(proposal, policy.smallest_step, policy.largest_step);
+    return true;
 }
 
-Rk21Options StepControl::pointwise_options(double dt) const {
-    const double scale = adaptive_ ? pointwise_.adaptive_factor * cell_area_ : pointwise_.fixed_factor * dt * dt;
-    return {.absolute_tolerance = std::max(scale, 1e-16), .relative_tolerance = std::max(scale, 1e-17), .exact_components = 1};
+bool StepControl::judge_by_error(const ErrorSteps& policy, const Step& step, const StepAttempt& attempt) {
+    const double error = std::max(attempt.measure / policy.tolerance, 1e-6);
+    limit_ = StepLimit::accuracy;
+    if (error >= 1.0) {
+        planned_ = step.dt * std::max(policy.smallest_shrink, policy.safety * std::pow(error, -1.0 / policy.order));
+        return false;
+    }
+    const double pi = policy.safety * std::pow(error, -0.7 / policy.order) * std::pow(previous_error_, 0.4 / policy.order);
+    const double factor = std::clamp(pi, policy.smallest_shrink, policy.largest_growth);
+    if (pi > policy.largest_growth)
+        limit_ = StepLimit::growth;
+    previous_error_ = std::max(error, 1e-2);
+    double proposal = step.dt * factor;
+    if (step.limit == StepLimit::output && pi >= 1.0)
+        proposal = std::max(proposal, planned_);
+    if (proposal > attempt.stable_step) {
+        proposal = attempt.stable_step;
+        limit_ = StepLimit::relaxation;
+    }
+    planned_ = proposal;
+    return true;
 }
 
-std::optional<double> StepControl::projection_tolerance() const {
-    if (!adaptive_)
-        return std::nullopt;
-    return adaptive_->tolerance * cell_area_;
+bool StepControl::retry_shorter(const Step& step) {
+    const auto* error = std::get_if<ErrorSteps>(&policy_);
+    if (error == nullptr || error->smallest_shrink * step.dt < error->smallest_step)
+        return false;
+    planned_ = error->smallest_shrink * step.dt;
+    limit_ = StepLimit::accuracy;
+    return true;
+}
+
+std::vector<std::pair<std::string, double*>> StepControl::hidden_numbers() {
+    if (std::holds_alternative<FixedSteps>(policy_))
+        return {}; // the plan is the option --dt
+    return {{"planned_step", &planned_}, {"previous_error", &previous_error_}};
 }
 
 } // namespace ductile::quasistatic

@@ -1,13 +1,21 @@
 #pragma once
-#include <ductile/ode/rk21.hpp>
+#include <ductile/quasistatic/time_stepper.hpp>
 #include <ductile/space/grid.hpp>
 
-#include <optional>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
 
 namespace ductile::quasistatic {
 
-/// Adaptive global steps by the size of the projection (Sec. 7, Table 2), in natural units.
-struct AdaptiveStepOptions {
+/// Steps of one length, in natural units.
+struct FixedSteps {
+    double dt = 0.0;
+};
+
+/// Steps by the size of the projection (Sec. 7, Table 2), in natural units. No step is rejected, as in the paper.
+struct ProjectionSteps {
     double tolerance = 0.001;     ///< F_Q: Q* is held near F_Q h^2 (h^2 = dx dy), Q* as in Projection::apply
     double largest_growth = 2.0;  ///< F_max
     double safety = 0.9;          ///< F_s
@@ -16,24 +24,27 @@ struct AdaptiveStepOptions {
     double first_step = 10.0;     ///< Delta t_init
 };
 
-/// Factors F_RK2(1) of the tolerances of the pointwise integration.
-struct PointwiseTolerance {
-    double fixed_factor = 1e-7;   ///< fixed steps: tolerances F dt^2 (Sec. 8.1)
-    double adaptive_factor = 0.1; ///< adaptive steps: tolerances F h^2 (Sec. 8.2)
+/// Steps by the estimated error of the whole step: a PI controller (Gustafsson) with rejection, in natural units.
+struct ErrorSteps {
+    double tolerance = 1e-4;    ///< of the error norm of one step: sigma/s_Y and chi/chi_inf
+    int order = 3;              ///< the estimate falls with this power of dt
+    double first_step = 1000.0; ///< cut by rejection where it is too long
+    double safety = 0.9;
+    double largest_growth = 5.0;
+    double smallest_shrink = 0.2;
+    double smallest_step = 1e-6; ///< a rejected step below it ends the run
 };
 
 /// Why a step has its length; shown in the progress line.
-enum class StepLimit { fixed, projection, growth, largest, smallest, output };
+enum class StepLimit { fixed, projection, accuracy, relaxation, growth, largest, smallest, output };
 [[nodiscard]] const char* to_string(StepLimit limit);
 
-/// Chooses the steps of a run: fixed or by Q*; every step is cut so that it lands exactly on the next target time
-/// (snapshots, knots of the wall history, the end).
+/// Chooses the steps of a run; every step is cut so that it lands exactly on the next target time (snapshots, knots of the wall
+/// history, the end).
 class StepControl {
 public:
-    /// Fixed steps of length dt.
-    StepControl(const Grid& grid, double fixed_step, const PointwiseTolerance& pointwise);
-    /// Adaptive steps.
-    StepControl(const Grid& grid, const AdaptiveStepOptions& adaptive, const PointwiseTolerance& pointwise);
+    using Policy = std::variant<FixedSteps, ProjectionSteps, ErrorSteps>;
+    StepControl(const Grid& grid, const Policy& policy);
 
     struct Step {
         double dt = 0.0;
@@ -43,23 +54,25 @@ public:
     };
     /// The next step from `time` towards `target` > time.
     [[nodiscard]] Step next(double time, double target) const;
-    /// Takes the projection measure of the step just made, Eq. (56).
-    void update(const Step& step, double projection_measure);
 
-    /// Tolerances A and R of the pointwise integration for a step of length dt, Secs. 8.1, 8.2 (F h^2/L^2 when adaptive).
-    [[nodiscard]] Rk21Options pointwise_options(double dt) const;
+    /// Judges an attempted step and plans the next. Returns whether the step is accepted.
+    [[nodiscard]] bool judge(const Step& step, const StepAttempt& attempt);
+    /// An attempt ended in values that are not finite: plans a shorter one. Returns false when the policy knows no shorter step.
+    [[nodiscard]] bool retry_shorter(const Step& step);
 
-    /// Q*_tol = F_Q h^2, or nothing with fixed steps.
-    [[nodiscard]] std::optional<double> projection_tolerance() const;
-    /// The planned step: what a checkpoint must store.
+    /// The numbers that a checkpoint must hold; they mean nothing to a control of another identity.
+    [[nodiscard]] int identity() const { return static_cast<int>(policy_.index()); }
+    [[nodiscard]] std::vector<std::pair<std::string, double*>> hidden_numbers();
     [[nodiscard]] double planned_step() const { return planned_; }
-    void restore_planned_step(double dt) { planned_ = dt; }
 
 private:
+    [[nodiscard]] bool judge_by_projection(const ProjectionSteps& policy, const Step& step, double measure);
+    [[nodiscard]] bool judge_by_error(const ErrorSteps& policy, const Step& step, const StepAttempt& attempt);
+
     double cell_area_;
-    std::optional<AdaptiveStepOptions> adaptive_;
-    PointwiseTolerance pointwise_;
+    Policy policy_;
     double planned_;
+    double previous_error_ = 1.0; ///< of the last accepted step, in units of the tolerance
     StepLimit limit_ = StepLimit::fixed;
 };
 

@@ -49,6 +49,16 @@ WallVelocity WallHistory::after(double time) const {
     return interpolate(*(next - 1), *next, time);
 }
 
+WallVelocity WallHistory::before(double time) const {
+    const auto next =
+        std::lower_bound(knots_.begin(), knots_.end(), time, [](const WallKnot& k, double t) { return k.time < t; });
+    if (next == knots_.begin())
+        return knots_.front().velocity;
+    if (next == knots_.end())
+        return knots_.back().velocity;
+    return interpolate(*(next - 1), *next, time);
+}
+
 WallVelocity WallHistory::mean(double from, double to) const {
     const WallVelocity first = after(from);
     const auto inside = [&](const WallKnot& k) { return k.time > from && k.time < to; };

@@ -30,6 +30,8 @@ public:
     [[nodiscard]] WallVelocity mean(double from, double to) const;
     /// Velocity just after `time`.
     [[nodiscard]] WallVelocity after(double time) const;
+    /// Velocity just before `time`: differs from after() at a jump only.
+    [[nodiscard]] WallVelocity before(double time) const;
     /// Displacement of the upper wall from time 0 to `time`.
     [[nodiscard]] WallVelocity displacement(double time) const;
     /// Smallest knot time that lies after `time`, infinity if there is none: steps land on it.

@@ -1,0 +1,131 @@
+#include <ductile/base/error.hpp>
+#include <ductile/base/timer.hpp>
+#include <ductile/quasistatic/index_reduced.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+
+namespace ductile::quasistatic {
+
+namespace {
+
+VectorField corner_field(const Grid& grid) {
+    return {Field(grid.cells_y + 1, grid.cells_x), Field(grid.cells_y + 1, grid.cells_x)};
+}
+
+} // namespace
+
+IndexReducedStepper::IndexReducedStepper(const Scene& scene, std::unique_ptr<EquilibriumSolver> solver, const PassOptions& passes,
+                                         State state)
+    : scene_(scene), solver_(std::move(solver)), lines_(scene, *solver_, passes), state_(std::move(state)), rate_(scene.grid),
+      next_(scene.grid), next_rate_(scene.grid),
+      earlier_velocity_(corner_field(scene.grid)), stage_velocity_{corner_field(scene.grid), corner_field(scene.grid),
+                                                                   corner_field(scene.grid)},
+      internal_scale_(std::visit([](const auto& model) { return model.internal_scale(); }, scene.plasticity)) {}
+
+void IndexReducedStepper::start_rate_of_initial_state() {
+    rate_wall_ = scene_.walls.after(state_.time);
+    const RateReport report = lines_.evaluate(state_.cells, rate_wall_, state_.velocity, rate_);
+    close_rate(scene_, state_.velocity, rate_);
+    relaxation_ = report.largest_relaxation;
+    started_ = true;
+}
+
+StepAttempt IndexReducedStepper::attempt(double dt, double end) {
+    // also where the walls' velocity jumps at t_n: v and the rate jump with it
+    if (!started_ || scene_.walls.after(state_.time) != rate_wall_)
+        start_rate_of_initial_state();
+    step_begin_ = state_.time;
+    step_length_ = dt;
+    step_end_ = end;
+    stage_ = 0;
+    sequence_.clear();
+    if (earlier_step_ > 0.0)
+        sequence_.push_back({-earlier_step_ / dt, &earlier_velocity_});
+    sequence_.push_back({0.0, &state_.velocity});
+
+    const CombinationNorm error = advance(dt, end);
+    const double measure = std::max(error.stress, error.internal / internal_scale_);
+    if (!std::isfinite(measure))
+        throw RunError(
+            fmt::format("step {} at t = {:.6g} s with dt = {:.3g} s: the error estimate is not finite. The step is too large for "
+                        "this scene: use a smaller --dt or --tolerance",
+                        state_.step + 1, state_.time * scene_.units.time, dt * scene_.units.time));
+    return {.measure = measure, .stable_step = stable_step(next_relaxation_)};
+}
+
+void IndexReducedStepper::evaluate(CellState& cells, double fraction, CellState& rate) {
+    VectorField& velocity = stage_velocity_[static_cast<std::size_t>(stage_)];
+    stage_ = (stage_ + 1) % static_cast<int>(stage_velocity_.size());
+    guess_velocity(fraction, velocity);
+    const double time = fraction < 1.0 ? step_begin_ + fraction * step_length_ : step_end_;
+    next_relaxation_ = lines_.evaluate(cells, scene_.walls.before(time), velocity, rate).largest_relaxation;
+    if (sequence_.back().fraction >= fraction) // two stages at one time: the later one replaces the earlier
+        sequence_.pop_back();
+    sequence_.push_back({fraction, &velocity});
+}
+
+void IndexReducedStepper::guess_velocity(double fraction, VectorField& guess) const {
+    const TimedVelocity& last = sequence_.back();
+    const TimedVelocity& previous = sequence_.size() > 1 ? sequence_[sequence_.size() - 2] : last;
+    const double weight = sequence_.size() > 1 ? (fraction - last.fraction) / (last.fraction - previous.fraction) : 0.0;
+    const auto extrapolate = [&](const Field& a, const Field& b, Field& target) {
+#pragma omp parallel for schedule(static)
+        for (int j = 0; j < target.rows(); ++j) {
+            const double *newer = b.row(j), *older = a.row(j);
+            double* row = target.row(j);
+            for (int i = -2; i < target.padded_columns() + 3; ++i)
+                row[i] = newer[i] + weight * (newer[i] - older[i]);
+        }
+    };
+    extrapolate(previous.velocity->u, last.velocity->u, guess.u);
+    extrapolate(previous.velocity->v, last.velocity->v, guess.v);
+}
+
+void IndexReducedStepper::accept() {
+    std::swap(state_.cells, next_);
+    std::swap(rate_, next_rate_);
+    std::swap(earlier_velocity_, state_.velocity);
+    std::swap(state_.velocity, *sequence_.back().velocity);
+    relaxation_ = next_relaxation_;
+    rate_wall_ = scene_.walls.before(step_end_);
+    earlier_step_ = step_length_;
+    state_.time = step_end_;
+    ++state_.step;
+}
+
+void IndexReducedStepper::resume() {
+    rate_wall_ = scene_.walls.before(state_.time);
+    started_ = true;
+}
+
+StepperCounts IndexReducedStepper::counts() const {
+    return {.elliptic_solves = lines_.solves(), .evaluations = lines_.evaluations()};
+}
+
+PhaseSeconds IndexReducedStepper::phase_seconds() const {
+    return {{"rates", lines_.rate_seconds()}, {"elliptic solve", lines_.solve_seconds()}};
+}
+
+std::size_t IndexReducedStepper::memory_bytes() const {
+    const std::size_t cell = 5 * rate_.internal.storage().size() * sizeof(double);
+    const std::size_t corner = 2 * state_.velocity.u.storage().size() * sizeof(double);
+    return static_cast<std::size_t>(4 + buffers()) * cell + 6 * corner + solver_->memory_bytes();
+}
+
+std::vector<std::pair<std::string, Field*>> IndexReducedStepper::hidden_fields() {
+    return {{"rate_p", &rate_.stress.p},
+            {"rate_s", &rate_.stress.s},
+            {"rate_tau", &rate_.stress.tau},
+            {"rate_q", &rate_.stress.q},
+            {"rate_internal", &rate_.internal},
+            {"earlier_velocity_x", &earlier_velocity_.u},
+            {"earlier_velocity_y", &earlier_velocity_.v}};
+}
+
+std::vector<std::pair<std::string, double*>> IndexReducedStepper::hidden_numbers() {
+    return {{"earlier_step", &earlier_step_}, {"relaxation", &relaxation_}};
+}
+
+} // namespace ductile::quasistatic

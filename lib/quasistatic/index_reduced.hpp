@@ -1,0 +1,85 @@
+#pragma once
+#include <ductile/quasistatic/combination.hpp>
+#include <ductile/quasistatic/method_of_lines.hpp>
+#include <ductile/quasistatic/time_stepper.hpp>
+
+#include <array>
+#include <memory>
+#include <span>
+
+namespace ductile::quasistatic {
+
+/// What the integrators of the index-reduced method of lines share: the state, its rate, velocities to extrapolate from.
+///
+/// A right-hand side wants a guess of v: the line through the two latest velocities of the sequence v_{n-1}, v_n, stages of the
+/// current step. The sequence is part of the state: an attempt works on a copy of its own, so a rejected step leaves no trace.
+class IndexReducedStepper : public TimeStepper {
+public:
+    IndexReducedStepper(const Scene& scene, std::unique_ptr<EquilibriumSolver> solver, const PassOptions& passes, State state);
+
+    [[nodiscard]] StepAttempt attempt(double dt, double end) final;
+    void accept() final;
+    [[nodiscard]] const State& state() const final { return state_; }
+    [[nodiscard]] StepperCounts counts() const final;
+    [[nodiscard]] PhaseSeconds phase_seconds() const final;
+    [[nodiscard]] std::size_t memory_bytes() const final;
+    [[nodiscard]] std::vector<std::pair<std::string, Field*>> hidden_fields() final;
+    [[nodiscard]] std::vector<std::pair<std::string, double*>> hidden_numbers() final;
+    void resume() final;
+
+protected:
+    /// Makes the step: leaves y_{n+1} in next(), its complete rate in next_rate(), and returns the estimated error's norm.
+    virtual CombinationNorm advance(double dt, double end) = 0;
+    /// The longest step that the method holds stable when the plastic flow relaxes at `relaxation`.
+    [[nodiscard]] virtual double stable_step(double relaxation) const = 0;
+    /// Number of cell states the method itself keeps.
+    [[nodiscard]] virtual int buffers() const = 0;
+
+    /// Evaluates f at `cells`, stage time t_n + fraction dt; the velocity it found is velocity() afterwards.
+    void evaluate(CellState& cells, double fraction, CellState& rate);
+    [[nodiscard]] const VectorField& velocity() const { return *sequence_.back().velocity; }
+
+    [[nodiscard]] const Scene& scene() const { return scene_; }
+    [[nodiscard]] CellState& start() { return state_.cells; }
+    [[nodiscard]] CellState& start_rate() { return rate_; }
+    [[nodiscard]] CellState& next() { return next_; }
+    [[nodiscard]] CellState& next_rate() { return next_rate_; }
+    [[nodiscard]] double relaxation() const { return relaxation_; } ///< of the flow at the start of the step
+
+private:
+    struct TimedVelocity {
+        double fraction = 0.0; ///< of the current step
+        VectorField* velocity = nullptr;
+    };
+    void start_rate_of_initial_state();
+    void guess_velocity(double fraction, VectorField& guess) const;
+
+    const Scene& scene_;
+    std::unique_ptr<EquilibriumSolver> solver_;
+    MethodOfLines lines_;
+    State state_;
+    CellState rate_, next_, next_rate_;
+    VectorField earlier_velocity_;              ///< v_{n-1}
+    std::array<VectorField, 3> stage_velocity_; ///< the latest of the current step, in turns
+    std::vector<TimedVelocity> sequence_;
+    int stage_ = 0;
+    double step_begin_ = 0.0, step_length_ = 0.0, step_end_ = 0.0; ///< of the current attempt
+    double earlier_step_ = 0.0;                                    ///< t_n - t_{n-1}
+    double relaxation_ = 0.0, next_relaxation_ = 0.0;
+    WallVelocity rate_wall_; ///< motion of the walls that rate_ belongs to
+    double internal_scale_;
+    bool started_ = false;
+};
+
+/// Explicit Runge-Kutta methods whose last stage is the new state (first same as last), with an embedded error estimate:
+/// Scheme::ralston (Lu & Rycroft's Table A.4), bogacki_shampine (3(2), 1989) or dormand_prince (5(4), 1980).
+[[nodiscard]] std::unique_ptr<TimeStepper> make_runge_kutta(Scheme scheme, const Scene& scene,
+                                                            std::unique_ptr<EquilibriumSolver> solver, const PassOptions& passes,
+                                                            State state);
+
+/// The stabilised Runge-Kutta-Chebyshev method of second order (Sommeijer, Shampine & Verwer 1998): the number of stages follows
+/// the relaxation rate of the plastic flow.
+[[nodiscard]] std::unique_ptr<TimeStepper>
+make_runge_kutta_chebyshev(const Scene& scene, std::unique_ptr<EquilibriumSolver> solver, const PassOptions& passes, State state);
+
+} // namespace ductile::quasistatic

@@ -1,0 +1,136 @@
+#include <ductile/base/threads.hpp>
+#include <ductile/base/timer.hpp>
+#include <ductile/quasistatic/cell_rates.hpp>
+#include <ductile/quasistatic/method_of_lines.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <omp.h>
+#include <utility>
+
+namespace ductile::quasistatic {
+
+namespace {
+
+/// f at a batch of cells; returns the largest relaxation rate 2 mu dD^pl/dsbar.
+template <bool transported, class M>
+[[gnu::always_inline]] inline Pack rate_at(const Scene& scene, const M& model, const CellState& cells,
+                                           const VectorField& velocity, int i, int j, CellState& rate) {
+    const auto [p_source, source] = cell_sources<false, transported>(scene, cells, velocity, i, j);
+    const PointState y{load(cells.stress.s.row(j) + i), load(cells.stress.tau.row(j) + i), load(cells.stress.q.row(j) + i),
+                       load(cells.internal.row(j) + i)};
+    const Pack two_mu(2.0 * scene.elasticity.shear_modulus);
+    PointState slope = source;
+    Pack relaxation(0.0);
+    const Pack sbar = deviatoric_magnitude(y);
+    if (any_of(!(sbar < model.yield_stress(y[3])))) { // not a number counts as plastic and is found out later
+        slope = PointRate<M>{model, two_mu, source}(y);
+        relaxation = two_mu * model.flow_slope(sbar, y[3]);
+    }
+    store(p_source, rate.stress.p.row(j) + i);
+    store(slope[0], rate.stress.s.row(j) + i);
+    store(slope[1], rate.stress.tau.row(j) + i);
+    store(slope[2], rate.stress.q.row(j) + i);
+    store(slope[3], rate.internal.row(j) + i);
+    return relaxation;
+}
+
+/// f everywhere and -B^T f on the interior corner rows.
+template <bool transported, class M>
+double sweep(const Scene& scene, const M& model, const CellState& cells, const VectorField& velocity, CellState& rate,
+             VectorField& force) {
+    double largest = 0.0;
+#pragma omp parallel reduction(max : largest)
+    {
+        const RowRange rows = share_of_rows(scene.grid.cells_y, omp_get_thread_num(), omp_get_num_threads());
+        Pack relaxation(0.0);
+        for (int j = rows.begin; j < rows.end; ++j) {
+            for (int i = 0; i < scene.grid.cells_x; i += pack_size)
+                relaxation = maximum(relaxation, rate_at<transported>(scene, model, cells, velocity, i, j, rate));
+            for (Field* f : {&rate.stress.p, &rate.stress.s, &rate.stress.tau, &rate.stress.q})
+                f->wrap_row(j);
+            if (j > rows.begin)
+                divergence_row(scene.grid, rate.stress, -1.0, j, force);
+        }
+#pragma omp barrier // the corner row between two threads needs both their cell rows
+        if (rows.begin > 0 && rows.begin < rows.end)
+            divergence_row(scene.grid, rate.stress, -1.0, rows.begin, force);
+        largest = largest_of(relaxation);
+    }
+    return largest;
+}
+
+/// Adds the affine motion of the walls to a velocity that vanishes there; returns the largest difference to `guess`.
+double add_walls_and_compare(const Grid& grid, const WallVelocity& wall, const VectorField& guess, VectorField& velocity) {
+    double largest = 0.0;
+#pragma omp parallel for schedule(static) reduction(max : largest)
+    for (int j = 0; j <= grid.cells_y; ++j) {
+        const double y = static_cast<double>(2 * j - grid.cells_y) / grid.cells_y;
+        Pack change(0.0);
+        for (const auto& [field, old, amplitude] :
+             {std::tuple{&velocity.u, &guess.u, wall.u}, std::tuple{&velocity.v, &guess.v, wall.v}}) {
+            double* row = field->row(j);
+            const double* before = old->row(j);
+            const Pack shift(amplitude * y);
+            for (int i = 0; i < grid.cells_x; i += pack_size) {
+                const Pack value = load(row + i) + shift;
+                store(value, row + i);
+                change = maximum(change, magnitude(value - load(before + i)));
+            }
+            field->wrap_row(j);
+        }
+        largest = std::max(largest, largest_of(change));
+    }
+    return largest;
+}
+
+} // namespace
+
+MethodOfLines::MethodOfLines(const Scene& scene, EquilibriumSolver& solver, const PassOptions& passes)
+    : scene_(scene), solver_(solver), passes_(passes), next_velocity_{Field(scene.grid.cells_y + 1, scene.grid.cells_x),
+                                                                      Field(scene.grid.cells_y + 1, scene.grid.cells_x)},
+      speed_scale_(0.0) {
+    for (const WallKnot& knot : scene.walls.knots())
+        speed_scale_ = std::max({speed_scale_, std::abs(knot.velocity.u), std::abs(knot.velocity.v)});
+    if (speed_scale_ == 0.0)
+        speed_scale_ = 1.0; // walls at rest for ever: any scale will do
+}
+
+RateReport MethodOfLines::evaluate(CellState& cells, const WallVelocity& wall, VectorField& velocity, CellState& rate) {
+    const bool transported = scene_.model == Model::full;
+    if (transported)
+        for (Field* f : {&cells.stress.p, &cells.stress.s, &cells.stress.tau, &cells.stress.q, &cells.internal})
+            extrapolate_to_ghost_rows(*f);
+    ++evaluations_;
+
+    RateReport report;
+    double contraction = passes_.contraction, previous_change = 0.0;
+    while (true) {
+        Timer timer;
+        report.largest_relaxation = std::visit(
+            [&](const auto& model) {
+                return transported ? sweep<true>(scene_, model, cells, velocity, rate, next_velocity_)
+                                   : sweep<false>(scene_, model, cells, velocity, rate, next_velocity_);
+            },
+            scene_.plasticity);
+        rate_seconds_ += timer.lap();
+        solver_.solve(next_velocity_, WallData::zero);
+        ++report.solves;
+        ++solves_;
+        solve_seconds_ += timer.lap();
+        report.velocity_change = add_walls_and_compare(scene_.grid, wall, velocity, next_velocity_) / speed_scale_;
+        std::swap(velocity, next_velocity_);
+        rate_seconds_ += timer.lap();
+
+        if (!transported || report.solves >= passes_.largest)
+            return report;
+        if (report.solves > 1 && previous_change > 0.0)
+            contraction = std::clamp(report.velocity_change / previous_change, 1e-4, 1.0);
+        // the transport in f still sees the velocity before this pass: its error is about contraction * change
+        if (contraction * report.velocity_change < passes_.tolerance)
+            return report;
+        previous_change = report.velocity_change;
+    }
+}
+
+} // namespace ductile::quasistatic

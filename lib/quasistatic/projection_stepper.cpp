@@ -1,0 +1,123 @@
+#include <ductile/base/error.hpp>
+#include <ductile/base/timer.hpp>
+#include <ductile/quasistatic/projection_stepper.hpp>
+
+#include <algorithm>
+#include <fmt/format.h>
+#include <utility>
+
+namespace ductile::quasistatic {
+
+namespace {
+
+VectorField corner_field(const Grid& grid) {
+    return {Field(grid.cells_y + 1, grid.cells_x), Field(grid.cells_y + 1, grid.cells_x)};
+}
+
+void add_rows(const VectorField& from, VectorField& to) {
+#pragma omp parallel for schedule(static)
+    for (int j = 0; j < to.u.rows(); ++j)
+        for (const auto& [source, target] : {std::pair{&from.u, &to.u}, std::pair{&from.v, &to.v}}) {
+            const double* f = source->row(j);
+            double* g = target->row(j);
+            for (int i = -2; i < target->padded_columns() + 3; ++i)
+                g[i] += f[i];
+        }
+}
+
+} // namespace
+
+Rk21Options PointwiseTolerance::options(const Grid& grid, double dt) const {
+    const double tolerance = factor * (scale == Scale::step ? dt * dt : grid.cell_area());
+    return {.absolute_tolerance = std::max(tolerance, 1e-16),
+            .relative_tolerance = std::max(tolerance, 1e-17),
+            .exact_components = 1};
+}
+
+ProjectionStepper::ProjectionStepper(const Scene& scene, Predictor predictor, const PointwiseTolerance& pointwise,
+                                     std::unique_ptr<EquilibriumSolver> solver, State state)
+    : scene_(scene), predictor_(predictor), pointwise_(pointwise), solver_(std::move(solver)), projection_(scene, *solver_),
+      state_(std::move(state)), next_(scene.grid), base_velocity_(corner_field(scene.grid)),
+      correction_(corner_field(scene.grid)) {}
+
+StepAttempt ProjectionStepper::attempt(double dt, double end) {
+    Timer timer;
+    const int top = scene_.grid.cells_y;
+    const WallVelocity wall = scene_.walls.mean(state_.time, end);
+    const WallVelocity change{wall.u - state_.velocity.u(0, top), wall.v - state_.velocity.v(0, top)};
+    const VectorField* velocity = &state_.velocity;
+    if (change != WallVelocity{}) {
+        base_velocity_ = state_.velocity;
+        add_affine_velocity(scene_.grid, change, base_velocity_);
+        velocity = &base_velocity_;
+    }
+
+    const auto fail = [&](const char* what) {
+        return RunError(
+            fmt::format("step {} at t = {:.6g} s with dt = {:.3g} s: {}. The step is too large for this scene or the material "
+                        "data are extreme: use a smaller --dt (fixed steps) or --tolerance (adaptive steps)",
+                        state_.step + 1, state_.time * scene_.units.time, dt * scene_.units.time, what));
+    };
+    const Rk21Counts counts =
+        predict(scene_, predictor_, state_.cells, *velocity, dt, pointwise_.options(scene_.grid, dt), next_, correction_).counts;
+    substeps_ += counts.accepted;
+    rejected_substeps_ += counts.rejected;
+    predictor_seconds_ += timer.lap();
+    if (counts.failed)
+        throw fail("the plastic flow of a cell is not finite, or its substep shrank below 1e-12 of the step");
+
+    const bool incremental = predictor_ == Predictor::incremental;
+    const double half_height = 0.5 * scene_.grid.height;
+    const WallVelocity wall_gradient = incremental ? WallVelocity{} : WallVelocity{wall.u / half_height, wall.v / half_height};
+    StepAttempt result;
+    try {
+        result.measure = projection_.apply(correction_, wall_gradient, dt, next_);
+    } catch (const RunError& error) {
+        throw fail(error.what());
+    }
+    timer.lap();
+    if (incremental)
+        add_rows(*velocity, correction_);
+    else
+        add_affine_velocity(scene_.grid, wall, correction_);
+    end_ = end;
+    velocity_seconds_ += timer.lap();
+    return result;
+}
+
+void ProjectionStepper::accept() {
+    std::swap(state_.cells, next_);
+    std::swap(state_.velocity, correction_);
+    state_.time = end_;
+    ++state_.step;
+}
+
+Scheme ProjectionStepper::scheme() const {
+    switch (predictor_) {
+    case Predictor::euler:
+        return Scheme::euler;
+    case Predictor::substepped:
+        return Scheme::substepped;
+    case Predictor::incremental:
+        return Scheme::incremental;
+    }
+    __builtin_unreachable();
+}
+
+StepperCounts ProjectionStepper::counts() const {
+    return {.elliptic_solves = projection_.solves(), .pointwise_substeps = substeps_, .rejected_substeps = rejected_substeps_};
+}
+
+PhaseSeconds ProjectionStepper::phase_seconds() const {
+    return {{"predictor", predictor_seconds_},
+            {"elliptic solve", projection_.solve_seconds()},
+            {"update", projection_.update_seconds() + velocity_seconds_}};
+}
+
+std::size_t ProjectionStepper::memory_bytes() const {
+    const Field& cell = next_.internal;
+    const Field& corner = correction_.u;
+    return 10 * cell.storage().size() * sizeof(double) + 6 * corner.storage().size() * sizeof(double) + solver_->memory_bytes();
+}
+
+} // namespace ductile::quasistatic

@@ -1,0 +1,58 @@
+#pragma once
+#include <ductile/equilibrium/solver.hpp>
+#include <ductile/quasistatic/predictor.hpp>
+#include <ductile/quasistatic/projection.hpp>
+#include <ductile/quasistatic/time_stepper.hpp>
+
+#include <memory>
+
+namespace ductile::quasistatic {
+
+/// Tolerances A and R of the pointwise integration, in natural units: F dt^2 (Sec. 8.1, fixed steps) or F h^2 (Sec. 8.2, adaptive
+/// steps; h^2 = dx dy), not below 1e-16 and 1e-17.
+struct PointwiseTolerance {
+    enum class Scale { step, cell };
+    Scale scale = Scale::step;
+    double factor = 1e-7; ///< F_RK2(1): 1e-7 with steps, 0.1 with cells
+
+    [[nodiscard]] Rk21Options options(const Grid& grid, double dt) const;
+};
+
+/// The projection schemes of Lu & Rycroft: one global step is a predictor followed by the projection.
+///   euler, substepped (Sec. 4.2): v_{n+1} = (affine wall motion) + phi;
+///   incremental (Sec. 5.2):       q <- q + phi, v_{n+1} = q (Eqs. 31, 32; v and q are one array).
+/// Walls that change their velocity shift q by an affine field first; the wall velocity of a step is its mean over the step.
+class ProjectionStepper final : public TimeStepper {
+public:
+    /// Keeps a reference to `scene`; owns the solver and all buffers. `state` is the state to go on from.
+    ProjectionStepper(const Scene& scene, Predictor predictor, const PointwiseTolerance& pointwise,
+                      std::unique_ptr<EquilibriumSolver> solver, State state);
+
+    [[nodiscard]] StepAttempt attempt(double dt, double end) override;
+    void accept() override;
+
+    [[nodiscard]] const State& state() const override { return state_; }
+    [[nodiscard]] StepperCounts counts() const override;
+    [[nodiscard]] PhaseSeconds phase_seconds() const override;
+    [[nodiscard]] std::size_t memory_bytes() const override;
+    [[nodiscard]] Scheme scheme() const override;
+    [[nodiscard]] std::vector<std::pair<std::string, Field*>> hidden_fields() override { return {}; }
+    [[nodiscard]] std::vector<std::pair<std::string, double*>> hidden_numbers() override { return {}; }
+    void resume() override {}
+
+private:
+    const Scene& scene_;
+    Predictor predictor_;
+    PointwiseTolerance pointwise_;
+    std::unique_ptr<EquilibriumSolver> solver_;
+    Projection projection_;
+    State state_;
+    CellState next_;
+    VectorField base_velocity_; ///< v_n with the walls' new velocity, where that differs
+    VectorField correction_;    ///< force, then phi, then the new velocity
+    double end_ = 0.0;
+    long long substeps_ = 0, rejected_substeps_ = 0;
+    double predictor_seconds_ = 0.0, velocity_seconds_ = 0.0;
+};
+
+} // namespace ductile::quasistatic

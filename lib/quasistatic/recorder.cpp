@@ -1,0 +1,162 @@
+#include <ductile/io/terminal_plot.hpp>
+#include <ductile/quasistatic/recorder.hpp>
+
+#include <array>
+#include <cmath>
+
+namespace ductile::quasistatic {
+
+namespace {
+
+io::ArrayView view(const Field& field) { return {field.row(0), field.rows(), field.columns(), field.stride()}; }
+
+/// The fields of a state by their names in checkpoints; `State` is const or not.
+template <class S> auto named_fields(S& state) {
+    auto& [p, s, tau, q] = state.cells.stress;
+    return std::array{std::pair{"p", &p},
+                      std::pair{"s", &s},
+                      std::pair{"tau", &tau},
+                      std::pair{"q", &q},
+                      std::pair{"internal", &state.cells.internal},
+                      std::pair{"velocity_x", &state.velocity.u},
+                      std::pair{"velocity_y", &state.velocity.v}};
+}
+
+void read_field(const io::CheckpointReader& checkpoint, const std::string& name, Field& field) {
+    checkpoint.read_array(name, {field.row(0), field.rows(), field.columns(), field.stride()});
+    for (int j = 0; j < field.rows(); ++j)
+        field.wrap_row(j);
+}
+
+std::vector<std::string> history_columns(const std::string& internal, const std::string& unit) {
+    const std::string suffix = unit == "1" ? "" : "_" + unit;
+    return {"time_s",
+            "step",
+            "dt_s",
+            "wall_strain",
+            "wall_shear_traction_Pa",
+            "wall_normal_traction_Pa",
+            "mean_deviatoric_magnitude_Pa",
+            "largest_deviatoric_magnitude_Pa",
+            "smallest_" + internal + suffix,
+            "largest_" + internal + suffix,
+            "plastic_fraction",
+            "step_measure"};
+}
+
+/// Which scheme and step control hidden values belong to.
+std::map<std::string, std::int64_t> identity(const TimeStepper& stepper, const StepControl& control) {
+    return {{"scheme", static_cast<std::int64_t>(stepper.scheme())}, {"step_control", control.identity()}};
+}
+
+} // namespace
+
+Recorder::Recorder(const Scene& scene, const RunOptions& options, const io::Program& program, const io::OutputFolder& folder,
+                   const io::CheckpointReader* checkpoint, double start_s)
+    : scene_(scene), program_(program), folder_(folder),
+      internal_name_(std::visit([](const auto& m) { return std::string(m.internal_name); }, scene.plasticity)),
+      internal_unit_(std::visit([](const auto& m) { return std::string(m.internal_unit); }, scene.plasticity)),
+      snapshots_(folder.fields(), program.name(),
+                 {scene.grid.cells_x, scene.grid.cells_y, scene.grid.width * scene.units.length,
+                  scene.grid.height * scene.units.length, scene.grid.x(0) * scene.units.length,
+                  scene.grid.y(0) * scene.units.length},
+                 checkpoint && folder.continued() ? std::optional(io::EarlierSnapshots{folder.fields(), start_s}) : std::nullopt,
+                 {{"time_unit_s", scene.units.time}, {"yield_stress_Pa", scene.units.stress}}),
+      history_(folder.history(), history_columns(internal_name_, internal_unit_)),
+      progress_({.duration_s = options.duration_s, .start_s = start_s, .quiet = program.common().quiet}) {
+    if (checkpoint)
+        history_.restore(checkpoint->history());
+}
+
+void Recorder::snapshot(const State& state) {
+    const Units& u = scene_.units;
+    const CellState& cells = state.cells;
+    Field magnitude(scene_.grid.cells_y, scene_.grid.cells_x);
+    for (int j = 0; j < magnitude.rows(); ++j)
+        for (int i = 0; i < magnitude.columns(); ++i) {
+            const double s = cells.stress.s(i, j), tau = cells.stress.tau(i, j), q = cells.stress.q(i, j);
+            magnitude(i, j) = std::sqrt(s * s + tau * tau + 3.0 * q * q);
+        }
+    using enum io::Centring;
+    const std::array fields{io::SnapshotField{"pressure", "Pa", cell, view(cells.stress.p), u.stress},
+                            io::SnapshotField{"s", "Pa", cell, view(cells.stress.s), u.stress},
+                            io::SnapshotField{"tau", "Pa", cell, view(cells.stress.tau), u.stress},
+                            io::SnapshotField{"q", "Pa", cell, view(cells.stress.q), u.stress},
+                            io::SnapshotField{"deviatoric_magnitude", "Pa", cell, view(magnitude), u.stress},
+                            io::SnapshotField{internal_name_, internal_unit_, cell, view(cells.internal), u.temperature},
+                            io::SnapshotField{"velocity_x", "m/s", corner, view(state.velocity.u), u.velocity()},
+                            io::SnapshotField{"velocity_y", "m/s", corner, view(state.velocity.v), u.velocity()}};
+    snapshots_.write(state.time * u.time, state.step, fields);
+}
+
+void Recorder::row(const State& state, double dt, double measure) {
+    const Units& u = scene_.units;
+    const Observables o = observe(scene_, state.cells);
+    const double strain = scene_.walls.displacement(state.time).u / (0.5 * scene_.grid.height);
+    history_.append({state.time * u.time, static_cast<double>(state.step), dt * u.time, strain, o.wall_traction * u.stress,
+                     o.normal_traction * u.stress, o.mean_magnitude * u.stress, o.largest_magnitude * u.stress,
+                     o.smallest_internal * u.temperature, o.largest_internal * u.temperature, o.plastic_fraction, measure});
+}
+
+void Recorder::progress(const State& state, const StepControl::Step& step) {
+    progress_.update({state.time * scene_.units.time, state.step, step.dt * scene_.units.time, to_string(step.limit)});
+}
+
+void Recorder::checkpoint(TimeStepper& stepper, StepControl& control, const std::map<std::string, std::int64_t>& counters) {
+    const State& state = stepper.state();
+    io::Checkpoint content{.program = program_.name(), .format = checkpoint_format, .config = program_.config_text()};
+    content.scalars = {{"time", state.time}};
+    for (const auto& numbers : {stepper.hidden_numbers(), control.hidden_numbers()})
+        for (const auto& [name, value] : numbers)
+            content.scalars[name] = *value;
+    content.counters = counters;
+    content.counters.merge(identity(stepper, control));
+    content.counters["step"] = state.step;
+    content.counters["cells_x"] = scene_.grid.cells_x;
+    content.counters["cells_y"] = scene_.grid.cells_y;
+    for (const auto& [name, field] : named_fields(state))
+        content.arrays.emplace_back(name, view(*field));
+    for (const auto& [name, field] : stepper.hidden_fields())
+        content.arrays.emplace_back(name, view(*field));
+    content.history = &history_.table();
+    io::write_checkpoint(folder_.checkpoint(), content);
+}
+
+std::string Recorder::curve() const {
+    const std::vector<double> strain = history_.table().column("wall_strain");
+    std::vector<double> traction = history_.table().column("wall_shear_traction_Pa");
+    for (double& value : traction)
+        value *= 1e-6;
+    return io::terminal_plot(strain, traction, {.x_label = "wall strain", .y_label = "shear traction on the wall [MPa]"});
+}
+
+void Recorder::finish() {
+    progress_.finish();
+    history_.finish();
+    snapshots_.finish();
+}
+
+State read_state(const io::CheckpointReader& checkpoint, const Grid& grid) {
+    checkpoint.require_cells({grid.cells_x, grid.cells_y});
+    State state{.cells = CellState(grid),
+                .velocity = {Field(grid.cells_y + 1, grid.cells_x), Field(grid.cells_y + 1, grid.cells_x)},
+                .time = checkpoint.scalar("time"),
+                .step = checkpoint.counter("step")};
+    for (const auto& [name, field] : named_fields(state))
+        read_field(checkpoint, name, *field);
+    return state;
+}
+
+void restore_hidden(const io::CheckpointReader& checkpoint, TimeStepper& stepper, StepControl& control) {
+    for (const auto& [name, value] : identity(stepper, control))
+        if (checkpoint.counter(name) != value)
+            return;
+    for (const auto& [name, field] : stepper.hidden_fields())
+        read_field(checkpoint, name, *field);
+    for (const auto& numbers : {stepper.hidden_numbers(), control.hidden_numbers()})
+        for (const auto& [name, value] : numbers)
+            *value = checkpoint.scalar(name);
+    stepper.resume();
+}
+
+} // namespace ductile::quasistatic

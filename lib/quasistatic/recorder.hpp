@@ -1,0 +1,45 @@
+#pragma once
+#include <ductile/io/checkpoint.hpp>
+#include <ductile/io/history.hpp>
+#include <ductile/io/output_folder.hpp>
+#include <ductile/io/program.hpp>
+#include <ductile/io/progress.hpp>
+#include <ductile/io/snapshots.hpp>
+#include <ductile/quasistatic/run.hpp>
+
+#include <cstdint>
+#include <map>
+#include <string>
+
+namespace ductile::quasistatic {
+
+/// Everything a run writes, in SI: snapshots, history, progress line, checkpoints.
+class Recorder {
+public:
+    /// `checkpoint` (or null) is what the run goes on from, `start_s` its time.
+    Recorder(const Scene& scene, const RunOptions& options, const io::Program& program, const io::OutputFolder& folder,
+             const io::CheckpointReader* checkpoint, double start_s);
+
+    void snapshot(const State& state);
+    void row(const State& state, double dt, double measure);
+    void progress(const State& state, const StepControl::Step& step);
+    void checkpoint(TimeStepper& stepper, StepControl& control, const std::map<std::string, std::int64_t>& counters);
+    /// The strain-stress curve of the whole run, for the terminal.
+    [[nodiscard]] std::string curve() const;
+    void finish();
+
+private:
+    const Scene& scene_;
+    const io::Program& program_;
+    const io::OutputFolder& folder_;
+    std::string internal_name_, internal_unit_;
+    io::SnapshotWriter snapshots_;
+    io::History history_;
+    io::Progress progress_;
+};
+
+/// Restores what a checkpoint holds besides the state: step control and the stepper's hidden values, unless they belong to
+/// another scheme or step control than the run's (then the run goes on from the bare state).
+void restore_hidden(const io::CheckpointReader& checkpoint, TimeStepper& stepper, StepControl& control);
+
+} // namespace ductile::quasistatic
