@@ -24,18 +24,39 @@ IndexReducedStepper::IndexReducedStepper(const Scene& scene, std::unique_ptr<Equ
                                                                    corner_field(scene.grid)},
       internal_scale_(std::visit([](const auto& model) { return model.internal_scale(); }, scene.plasticity)) {}
 
-void IndexReducedStepper::start_rate_of_initial_state() {
-    rate_wall_ = scene_.walls.after(state_.time);
-    const RateReport report = lines_.evaluate(state_.cells, rate_wall_, state_.velocity, rate_);
+void IndexReducedStepper::provide_start_rate() {
+    // also where the walls' velocity jumps at t_n: v and the rate jump with it
+    const WallVelocity wall = scene_.walls.after(state_.time);
+    if (started_ && wall == rate_wall_)
+        return;
+    const RateReport report = lines_.evaluate(state_.cells, wall, state_.velocity, rate_);
     close_rate(scene_, state_.velocity, rate_);
     relaxation_ = report.largest_relaxation;
+    rate_wall_ = wall;
     started_ = true;
 }
 
+double IndexReducedStepper::limit_step(double dt) {
+    provide_start_rate();
+    constexpr double touching = 1.0 - 1e-9;
+    const double ratio = yield_ratio(scene_, state_.cells, 0.0, rate_);
+    if (ratio >= touching)
+        return dt;
+    // sbar is convex along the straight elastic path: the chord meets yield before the path does, and repeated chords converge
+    double begin = 0.0, begin_ratio = ratio;
+    const double end_ratio = yield_ratio(scene_, state_.cells, dt, rate_);
+    if (end_ratio <= 1.0)
+        return dt;
+    for (int pass = 0; pass < 20 && begin_ratio < touching; ++pass) {
+        begin += (dt - begin) * (1.0 - begin_ratio) / (end_ratio - begin_ratio);
+        begin_ratio = yield_ratio(scene_, state_.cells, begin, rate_);
+    }
+    return begin;
+}
+
 StepAttempt IndexReducedStepper::attempt(double dt, double end) {
-    // also where the walls' velocity jumps at t_n: v and the rate jump with it
-    if (!started_ || scene_.walls.after(state_.time) != rate_wall_)
-        start_rate_of_initial_state();
+    provide_start_rate();
+
     step_begin_ = state_.time;
     step_length_ = dt;
     step_end_ = end;

@@ -17,6 +17,7 @@ class IndexReducedStepper : public TimeStepper {
 public:
     IndexReducedStepper(const Scene& scene, std::unique_ptr<EquilibriumSolver> solver, const PassOptions& passes, State state);
 
+    [[nodiscard]] double limit_step(double dt) final;
     [[nodiscard]] StepAttempt attempt(double dt, double end) final;
     void accept() final;
     [[nodiscard]] const State& state() const final { return state_; }
@@ -51,7 +52,7 @@ private:
         double fraction = 0.0; ///< of the current step
         VectorField* velocity = nullptr;
     };
-    void start_rate_of_initial_state();
+    void provide_start_rate();
     void guess_velocity(double fraction, VectorField& guess) const;
 
     const Scene& scene_;

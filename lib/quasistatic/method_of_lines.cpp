@@ -133,4 +133,27 @@ RateReport MethodOfLines::evaluate(CellState& cells, const WallVelocity& wall, V
     }
 }
 
+double yield_ratio(const Scene& scene, const CellState& cells, double dt, const CellState& rate) {
+    double largest = 0.0;
+    std::visit(
+        [&](const auto& model) {
+#pragma omp parallel for schedule(static) reduction(max : largest)
+            for (int j = 0; j < scene.grid.cells_y; ++j) {
+                Pack square(0.0);
+                for (int i = 0; i < scene.grid.cells_x; i += pack_size) {
+                    const auto at = [&](const Field& value, const Field& slope) __attribute__((always_inline)) {
+                        return load(value.row(j) + i) + Pack(dt) * load(slope.row(j) + i);
+                    };
+                    const PointState y{at(cells.stress.s, rate.stress.s), at(cells.stress.tau, rate.stress.tau),
+                                       at(cells.stress.q, rate.stress.q), at(cells.internal, rate.internal)};
+                    const Pack yield = model.yield_stress(y[3]);
+                    square = maximum(square, deviatoric_square(y) / (yield * yield));
+                }
+                largest = std::max(largest, largest_of(square));
+            }
+        },
+        scene.plasticity);
+    return std::sqrt(largest);
+}
+
 } // namespace ductile::quasistatic

@@ -48,4 +48,7 @@ private:
     double rate_seconds_ = 0.0, solve_seconds_ = 0.0;
 };
 
+/// Largest sbar/(yield stress) over all cells of the state cells + dt rate.
+[[nodiscard]] double yield_ratio(const Scene& scene, const CellState& cells, double dt, const CellState& rate);
+
 } // namespace ductile::quasistatic

@@ -74,7 +74,9 @@ io::RunStatus run(const Scene& scene, TimeStepper& stepper, StepControl& control
             }
             const double knot = scene.walls.next_knot(stepper.state().time);
             const double goal = std::min(targets[target], knot);
-            const StepControl::Step step = control.next(stepper.state().time, goal);
+            const double now = stepper.state().time;
+            const StepControl::Step planned = control.next(now, goal);
+            const StepControl::Step step = StepControl::shortened(planned, now, stepper.limit_step(planned.dt));
             StepAttempt attempt;
             try {
                 attempt = stepper.attempt(step.dt, step.end);

@@ -33,6 +33,8 @@ const char* to_string(StepLimit limit) {
         return "largest step";
     case StepLimit::smallest:
         return "smallest step";
+    case StepLimit::yield:
+        return "yield onset";
     case StepLimit::output:
         return "output time";
     }
@@ -50,6 +52,12 @@ StepControl::Step StepControl::next(double time, double target) const {
     if (planned_ > 0.5 * left && !std::holds_alternative<FixedSteps>(policy_))
         return {.dt = 0.5 * left, .end = time + 0.5 * left, .limit = StepLimit::output};
     return {.dt = planned_, .end = time + planned_, .limit = limit_};
+}
+
+StepControl::Step StepControl::shortened(const Step& step, double time, double dt) {
+    if (dt >= step.dt)
+        return step;
+    return {.dt = dt, .end = time + dt, .limit = StepLimit::yield};
 }
 
 bool StepControl::judge(const Step& step, const StepAttempt& attempt) {
@@ -91,7 +99,7 @@ bool StepControl::judge_by_error(const ErrorSteps& policy, const Step& step, con
         limit_ = StepLimit::growth;
     previous_error_ = std::max(error, 1e-2);
     double proposal = step.dt * factor;
-    if (step.limit == StepLimit::output && pi >= 1.0)
+    if ((step.limit == StepLimit::output || step.limit == StepLimit::yield) && pi >= 1.0)
         proposal = std::max(proposal, planned_);
     if (proposal > attempt.stable_step) {
         proposal = attempt.stable_step;

@@ -36,7 +36,7 @@ struct ErrorSteps {
 };
 
 /// Why a step has its length; shown in the progress line.
-enum class StepLimit { fixed, projection, accuracy, relaxation, growth, largest, smallest, output };
+enum class StepLimit { fixed, projection, accuracy, relaxation, growth, largest, smallest, yield, output };
 [[nodiscard]] const char* to_string(StepLimit limit);
 
 /// Chooses the steps of a run; every step is cut so that it lands exactly on the next target time (snapshots, knots of the wall
@@ -54,6 +54,9 @@ public:
     };
     /// The next step from `time` towards `target` > time.
     [[nodiscard]] Step next(double time, double target) const;
+
+    /// The step as the stepper limits it (TimeStepper::limit_step) to dt <= step.dt, from `time`.
+    [[nodiscard]] static Step shortened(const Step& step, double time, double dt);
 
     /// Judges an attempted step and plans the next. Returns whether the step is accepted.
     [[nodiscard]] bool judge(const Step& step, const StepAttempt& attempt);

@@ -45,6 +45,9 @@ class TimeStepper {
 public:
     virtual ~TimeStepper() = default;
 
+    /// A step of length dt or a shorter one: where all cells are elastic and the first is about to yield, schemes of higher order
+    /// end the step at that moment, because no Runge-Kutta method keeps its order across the corner.
+    [[nodiscard]] virtual double limit_step(double dt) { return dt; }
     /// Tries a step of length dt > 0 to the time `end` (which may differ from the sum by round-off: steps land on targets).
     /// Throws RunError (where, when, what to change) when the result is not finite; state() is intact then, and another attempt
     /// may follow.
