@@ -277,6 +277,13 @@ TEST_SUITE("rk21") {
         // bad only at the very end of the interval, where what is left is itself below 1e-12 of it
         for (const double margin : {1e-15, 1e-13, 1e-11})
             CHECK(run([=](const Point& y) { return Point{1.0, y[0] >= 2.0 - margin ? not_a_number : 0.0}; }, {1.0, 1.0}));
+        // The second attempt ends 5e-13 before the end of the interval, and beyond that nothing is finite: it must not try for
+        // ever.
+        std::array<double, 1> clock{0.0};
+        Rk21Counts last;
+        integrate_rk21([](const std::array<double, 1>& y) { return std::array{y[0] > 1.0 - 4e-13 ? not_a_number : 1.0}; }, clock,
+                       true, 1.0, {.smallest_shrink = 1.0 - 5e-13}, last);
+        CHECK(last.failed);
         // one bad point in a batch
         std::array<Pack, 2> y{select(only(pack_size - 1), Pack(2.0), Pack(0.1)), Pack(0.0)};
         Rk21Counts counts;

@@ -105,7 +105,7 @@ requires std::invocable < Rhs, const std::array<V, n>
         factor = minimum(factor, growth_limit);
         growth_limit = select(accepted, V(options.largest_growth), V(1.0));
         h = h * factor;
-        if (any_of(active && (h < V(1e-12 * duration)) && (left > V(1e-12 * duration)))) {
+        if (any_of(active && (h < V(1e-12 * duration)) && (left > h))) {
             counts.failed = true;
             return;
         }
