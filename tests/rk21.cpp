@@ -295,6 +295,18 @@ TEST_SUITE("rk21") {
         CHECK(counts.failed);
     }
 
+    TEST_CASE("large numbers cannot pass for small errors") {
+        // Four components of 1e90: the product of their scales is beyond the largest double.
+        std::array<double, 4> y{1e90, 1e90, 1e90, 1e90};
+        Rk21Counts counts;
+        integrate_rk21(
+            [](const std::array<double, 4>& x) {
+                return std::array{-50.0 * x[0], -60.0 * x[1], -70.0 * x[2], -80.0 * x[3]};
+            },
+            y, true, 1.0, {.absolute_tolerance = 1e-8, .relative_tolerance = 1e-2}, counts);
+        CHECK((counts.failed || (y[0] < 1e71 && y[3] < 1e71)));
+    }
+
     TEST_CASE("the STZ point problem agrees with SUNDIALS at tight tolerances") {
         // Shear at the paper's rate with a little normal strain, from rest through yield into steady flow: s, tau, q, chi.
         const StzModel model{StzParameters{}, Units{}};
