@@ -315,8 +315,8 @@ TEST_SUITE("quasistatic") {
 
         CHECK(parse_wall_history("0:5e-4,0.7:5e-4,0.7:-5e-4:1e-5").knots() ==
               std::vector<WallKnot>{{0.0, {5e-4, 0.0}}, {0.7, {5e-4, 0.0}}, {0.7, {-5e-4, 1e-5}}});
-        for (const std::string& wrong :
-             std::vector<std::string>{"", "0", "0:", "0:x", "0:1:2:3", "1:1,0:1", "0:1,0:2,0:3", "0:nan", "inf:1", ",0:1"}) {
+        for (const std::string& wrong : std::vector<std::string>{"", "0", "0:", "0:x", "0:1,", "0:1:2:3", "1:1,0:1",
+                                                                 "0:1,0:2,0:3", "0:nan", "inf:1", ",0:1"}) {
             CAPTURE(wrong);
             CHECK(contains(message_of([&] { (void)parse_wall_history(wrong); }), "wall"));
         }
