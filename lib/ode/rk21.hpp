@@ -4,6 +4,7 @@
 #include <array>
 #include <concepts>
 #include <cstddef>
+#include <limits>
 
 namespace ductile {
 
@@ -26,7 +27,8 @@ struct Rk21Counts {
 
 namespace detail {
 
-/// sum_i (a_i/b_i)^2 with a single division, the reciprocals unfolded from that of the product of all b.
+/// sum_i (a_i/b_i)^2 with a single division, the reciprocals unfolded from that of the product of all b. Where that product
+/// overflows the ratios come out as zero or NaN; the sum is then infinite, so that no error passes for a small one.
 template <class V, std::size_t n>
 [[nodiscard, gnu::always_inline]] inline V sum_of_squared_ratios(const std::array<V, n>& a, const std::array<V, n>& b) {
     std::array<V, n> product = b; // product[i] = b_0 ... b_i
@@ -39,7 +41,7 @@ template <class V, std::size_t n>
         sum = sum + ratio * ratio;
         inverse = inverse * b[i];
     }
-    return sum;
+    return select(product[n - 1] < V(std::numeric_limits<double>::max()), sum, V(std::numeric_limits<double>::infinity()));
 }
 
 } // namespace detail
@@ -105,7 +107,7 @@ requires std::invocable < Rhs, const std::array<V, n>
         factor = minimum(factor, growth_limit);
         growth_limit = select(accepted, V(options.largest_growth), V(1.0));
         h = h * factor;
-        if (any_of(active && (h < V(1e-12 * duration)) && (left > V(1e-12 * duration)))) {
+        if (any_of(active && (h < V(1e-12 * duration)) && (left > h))) {
             counts.failed = true;
             return;
         }

@@ -103,10 +103,13 @@ WallHistory parse_wall_history(std::string_view text) {
                         part, text));
     };
     std::vector<WallKnot> knots;
-    for (std::string_view rest = text; !rest.empty();) {
+    std::string_view rest = text;
+    for (bool more = !text.empty(); more;) { // a knot follows every comma
         const auto comma = rest.find(',');
         const std::string_view part = rest.substr(0, comma);
-        rest = comma == std::string_view::npos ? std::string_view{} : rest.substr(comma + 1);
+        more = comma != std::string_view::npos;
+        if (more)
+            rest.remove_prefix(comma + 1);
         double values[3] = {0.0, 0.0, 0.0};
         int count = 0;
         const char* cursor = part.data();

@@ -1,0 +1,149 @@
+#pragma once
+#include <ductile/equilibrium/solver.hpp>
+#include <ductile/quasistatic/stepper.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <doctest/doctest.h>
+#include <memory>
+#include <numbers>
+#include <random>
+
+/// Fields and scenes that several suites share.
+namespace fields {
+
+using namespace ductile;
+using namespace ductile::quasistatic;
+
+/// Elasticity and plasticity of the paper in units of the yield stress, Tables 1 and A.3.
+inline const IsotropicElasticity metallic_glass{.bulk_modulus = 122.0 / 0.85, .shear_modulus = 37.4 / 0.85};
+inline const StzModel stz{StzParameters{}, Units{}};
+
+inline Scene scene_on(const Grid& grid, Model model, const WallVelocity& walls, const Plasticity& plasticity = stz) {
+    return {.units = {},
+            .grid = grid,
+            .elasticity = metallic_glass,
+            .plasticity = plasticity,
+            .model = model,
+            .walls = WallHistory(std::vector<WallKnot>{{0.0, walls}})};
+}
+
+inline VectorField corners(const Grid& grid) {
+    return {Field(grid.cells_y + 1, grid.cells_x), Field(grid.cells_y + 1, grid.cells_x)};
+}
+
+inline std::array<Field*, 5> fields_of(CellState& c) {
+    return {&c.stress.p, &c.stress.s, &c.stress.tau, &c.stress.q, &c.internal};
+}
+inline std::array<const Field*, 5> fields_of(const CellState& c) {
+    return {&c.stress.p, &c.stress.s, &c.stress.tau, &c.stress.q, &c.internal};
+}
+inline std::array<const Field*, 7> fields_of(const State& s) {
+    return {&s.cells.stress.p, &s.cells.stress.s, &s.cells.stress.tau, &s.cells.stress.q,
+            &s.cells.internal, &s.velocity.u,     &s.velocity.v};
+}
+
+inline void wrap(Field& f) {
+    for (int j = 0; j < f.rows(); ++j)
+        f.wrap_row(j);
+}
+
+/// Independent uniform numbers in [low, high] at every point.
+inline void fill_randomly(Field& f, std::mt19937& engine, double low, double high) {
+    std::uniform_real_distribution<double> uniform(low, high);
+    for (int j = 0; j < f.rows(); ++j)
+        for (int i = 0; i < f.columns(); ++i)
+            f(i, j) = uniform(engine);
+    wrap(f);
+}
+
+/// mean + a sum of six waves, periodic in x, of random direction and phase, with the given amplitude.
+inline void fill_smoothly(Field& f, std::mt19937& engine, double mean, double amplitude) {
+    std::uniform_real_distribution<double> uniform(0.0, 1.0);
+    double wave[6][4];
+    for (auto& w : wave)
+        for (double& number : w)
+            number = uniform(engine);
+    for (int j = 0; j < f.rows(); ++j)
+        for (int i = 0; i < f.columns(); ++i) {
+            double sum = 0.0;
+            for (int k = 0; k < 6; ++k) {
+                const double x = static_cast<double>(i) / f.columns(), y = static_cast<double>(j) / f.rows();
+                sum += (wave[k][0] - 0.5) * std::sin(2.0 * std::numbers::pi * ((k / 2) * x + 1.5 * wave[k][2] * y + wave[k][3]));
+            }
+            f(i, j) = mean + amplitude * sum;
+        }
+    wrap(f);
+}
+
+inline double largest(const Field& f) {
+    double m = 0.0;
+    for (int j = 0; j < f.rows(); ++j)
+        for (int i = 0; i < f.columns(); ++i)
+            m = std::max(m, std::abs(f(i, j)));
+    return m;
+}
+
+/// Largest difference over rows and the images that wrap_row() fills.
+inline double distance(const Field& a, const Field& b) {
+    double m = 0.0;
+    for (int j = 0; j < a.rows(); ++j)
+        for (int i = -2; i < a.padded_columns() + 3; ++i) {
+            const double d = std::abs(a(i, j) - b(i, j));
+            m = d <= m ? m : d; // NaN is kept
+        }
+    return m;
+}
+
+/// Bitwise equality of all rows without the ghosts.
+inline bool same_bits(const Field& a, const Field& b) {
+    for (int j = 0; j < a.rows(); ++j)
+        if (std::memcmp(a.row(j), b.row(j), sizeof(double) * static_cast<std::size_t>(a.columns())) != 0)
+            return false;
+    return true;
+}
+inline bool same_bits(const State& a, const State& b) {
+    const auto fa = fields_of(a), fb = fields_of(b);
+    return std::equal(fa.begin(), fa.end(), fb.begin(), [](const Field* x, const Field* y) { return same_bits(*x, *y); }) &&
+           a.time == b.time && a.step == b.step;
+}
+
+/// A value that is the same everywhere.
+inline void check_uniform(const Field& f, double value, double bound) {
+    double worst = 0.0;
+    for (int j = 0; j < f.rows(); ++j)
+        for (int i = 0; i < f.columns(); ++i) {
+            const double d = std::abs(f(i, j) - value);
+            worst = d <= worst ? worst : d;
+        }
+    CHECK(worst <= bound);
+}
+
+inline std::unique_ptr<EquilibriumSolver> solver_for(const Scene& scene, Stiffness stiffness = Stiffness::exact) {
+    return make_equilibrium_solver({.grid = scene.grid, .elasticity = scene.elasticity, .stiffness = stiffness},
+                                   SolverKind::fastest);
+}
+
+inline ProjectionStepper stepper_for(const Scene& scene, Predictor predictor, const State& start) {
+    return ProjectionStepper(scene, predictor, solver_for(scene), start);
+}
+
+/// The pointwise tolerances of fixed steps, Sec. 8.1.
+inline Rk21Options pointwise(double dt, double factor = 1e-7) {
+    return {.absolute_tolerance = std::max(factor * dt * dt, 1e-16),
+            .relative_tolerance = std::max(factor * dt * dt, 1e-17),
+            .exact_components = 1};
+}
+
+/// `steps` equal steps from `start` to `end`.
+inline State run(const Scene& scene, Predictor predictor, const State& start, double end, int steps) {
+    ProjectionStepper stepper = stepper_for(scene, predictor, start);
+    const double dt = (end - start.time) / steps;
+    for (int n = 1; n <= steps; ++n)
+        stepper.step(dt, start.time + n * dt, pointwise(dt));
+    return stepper.state();
+}
+
+} // namespace fields
