@@ -1,6 +1,6 @@
 #pragma once
 #include <ductile/equilibrium/solver.hpp>
-#include <ductile/quasistatic/stepper.hpp>
+#include <ductile/quasistatic/projection_stepper.hpp>
 
 #include <algorithm>
 #include <array>
@@ -126,8 +126,9 @@ inline std::unique_ptr<EquilibriumSolver> solver_for(const Scene& scene, Stiffne
                                    SolverKind::fastest);
 }
 
-inline ProjectionStepper stepper_for(const Scene& scene, Predictor predictor, const State& start) {
-    return ProjectionStepper(scene, predictor, solver_for(scene), start);
+/// With the pointwise tolerances of fixed steps, Sec. 8.1.
+inline ProjectionStepper stepper_for(const Scene& scene, Predictor predictor, const State& start, double factor = 1e-7) {
+    return ProjectionStepper(scene, predictor, {PointwiseTolerance::Scale::step, factor}, solver_for(scene), start);
 }
 
 /// The pointwise tolerances of fixed steps, Sec. 8.1.
@@ -137,12 +138,19 @@ inline Rk21Options pointwise(double dt, double factor = 1e-7) {
             .exact_components = 1};
 }
 
+/// One step that is accepted whatever it was like.
+inline StepAttempt advance(TimeStepper& stepper, double dt, double end) {
+    const StepAttempt attempt = stepper.attempt(dt, end);
+    stepper.accept();
+    return attempt;
+}
+
 /// `steps` equal steps from `start` to `end`.
 inline State run(const Scene& scene, Predictor predictor, const State& start, double end, int steps) {
     ProjectionStepper stepper = stepper_for(scene, predictor, start);
     const double dt = (end - start.time) / steps;
     for (int n = 1; n <= steps; ++n)
-        stepper.step(dt, start.time + n * dt, pointwise(dt));
+        advance(stepper, dt, start.time + n * dt);
     return stepper.state();
 }
 

@@ -157,6 +157,7 @@ void restore_hidden(const io::CheckpointReader& checkpoint, TimeStepper& stepper
         for (const auto& [name, value] : numbers)
             *value = checkpoint.scalar(name);
     stepper.resume();
+    control.resume();
 }
 
 } // namespace ductile::quasistatic

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace ductile::quasistatic {
 
@@ -71,13 +72,14 @@ bool StepControl::judge(const Step& step, const StepAttempt& attempt) {
 // Eq. (56)
 bool StepControl::judge_by_projection(const ProjectionSteps& policy, const Step& step, double measure) {
     const double tolerance = policy.tolerance * cell_area_;
-    const double by_projection = measure > 0.0 ? policy.safety * std::sqrt(tolerance / measure) : policy.largest_growth;
+    const double by_projection =
+        measure > 0.0 ? policy.safety * std::sqrt(tolerance / measure) : std::numeric_limits<double>::infinity();
     const double factor = std::min(policy.largest_growth, by_projection);
     limit_ = by_projection < policy.largest_growth ? StepLimit::projection : StepLimit::growth;
     double proposal = step.dt * factor;
-    // a step cut to land on a target says little about a longer one: the plan stands unless Q* asks for less
-    if (step.limit == StepLimit::output && by_projection >= 1.0)
-        proposal = std::max(proposal, planned_);
+    // a step cut to land on a target does not shrink the plan, as far as Q* ~ dt^2 lets the plan stand
+    if (step.limit == StepLimit::output)
+        proposal = std::max(proposal, std::min(planned_, step.dt * by_projection));
     if (proposal >= policy.largest_step)
         limit_ = StepLimit::largest;
     if (proposal <= policy.smallest_step)
@@ -116,6 +118,11 @@ bool StepControl::retry_shorter(const Step& step) {
     planned_ = error->smallest_shrink * step.dt;
     limit_ = StepLimit::accuracy;
     return true;
+}
+
+void StepControl::resume() {
+    if (const auto* projection = std::get_if<ProjectionSteps>(&policy_))
+        planned_ = std::clamp(planned_, projection->smallest_step, projection->largest_step);
 }
 
 std::vector<std::pair<std::string, double*>> StepControl::hidden_numbers() {
