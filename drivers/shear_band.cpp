@@ -26,23 +26,19 @@ int main(int argc, char** argv) {
         const Scene scene = make_scene(options);
         StepControl control = make_step_control(options, scene);
         const auto checkpoint = program.open_restart(checkpoint_format);
-        State state =
-            checkpoint ? read_state(*checkpoint, scene.grid) : initial_state(scene, make_initial_internal(options, scene));
+        State state = checkpoint ? read_state(*checkpoint, scene) : initial_state(scene, make_initial_internal(options, scene));
+        const RunOptions run_options = make_run_options(options, scene, state.time);
 
         // 3. solver and stepper
-        auto solver = make_equilibrium_solver({.grid = scene.grid,
-                                               .elasticity = scene.elasticity,
-                                               .stiffness = options.stiffness,
-                                               .expected_solves = expected_solves(options, control, scene.units)},
-                                              options.solver);
+        auto solver = make_equilibrium_solver(
+            {.grid = scene.grid, .elasticity = scene.elasticity, .stiffness = options.stiffness}, options.solver);
         const std::string solver_name(solver->name());
         ProjectionStepper stepper(scene, options.scheme, std::move(solver), std::move(state));
         program.say(describe(options, scene, stepper, solver_name, thread_count()));
 
         // 4. run and report
         return program.run([&](const io::OutputFolder& folder, io::RunSummary& summary) {
-            return run(scene, stepper, control, make_run_options(options), program, folder, checkpoint ? &*checkpoint : nullptr,
-                       summary);
+            return run(scene, stepper, control, run_options, program, folder, checkpoint ? &*checkpoint : nullptr, summary);
         });
     });
 }

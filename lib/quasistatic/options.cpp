@@ -37,7 +37,7 @@ void declare_domain(io::Program& program, Options& o) {
     const auto help = [](std::string meaning, std::string units = {}, io::Limits allowed = io::any_number) {
         return io::OptionHelp{"Domain", std::move(meaning), std::move(units), allowed};
     };
-    program.option("--cells", o.cells, help("cells in x and y: N for both, or MxN"));
+    program.option("--cells", o.cells, help("cells in x and y"));
     program.option("--width", o.width, help("extent in x, the periodic direction", "m", io::positive));
     program.option("--height", o.height, help("distance of the walls", "m", io::positive));
     program.option("--wall-velocity", o.wall_velocity, help("velocity of the upper wall; the lower one moves oppositely", "m/s"));
@@ -186,7 +186,7 @@ Field make_initial_internal(const Options& o, const Scene& scene) {
     };
     // 1 K: an effective temperature must be positive, and below it exp(-e_Z/(k_B chi)) has no meaning left
     const double lowest = o.plasticity == PlasticityChoice::stz ? 1.0 / value : 0.0;
-    return initial_internal(scene.grid, initial(), lowest);
+    return initial_internal(scene.grid, initial(), lowest, value);
 }
 
 StepControl make_step_control(const Options& o, const Scene& scene) {
@@ -208,13 +208,12 @@ StepControl make_step_control(const Options& o, const Scene& scene) {
     }
 }
 
-RunOptions make_run_options(const Options& o) {
+RunOptions make_run_options(const Options& o, const Scene& scene, double start) {
+    if (!(o.duration / scene.units.time > start))
+        throw InputError(
+            fmt::format("--duration {}: the checkpoint is at t = {:.6g} s already: a longer --duration goes on from there",
+                        o.duration, start * scene.units.time));
     return {.duration_s = o.duration, .snapshots_s = o.snapshots, .history_every = o.history_every};
-}
-
-double expected_solves(const Options& o, const StepControl& control, const Units& units) {
-    const double longest = o.step == StepChoice::fixed ? control.planned_step() : o.adaptive.largest_step / units.time;
-    return o.duration / units.time / longest;
 }
 
 std::string describe(const Options& o, const Scene& scene, const ProjectionStepper& stepper, std::string_view solver_name,
@@ -234,7 +233,8 @@ std::string describe(const Options& o, const Scene& scene, const ProjectionStepp
                        o.yield_stress * 1e-6, strain_rate, scene.model == Model::full ? "full" : "reduced",
                        schemes[static_cast<int>(o.scheme)], o.step == StepChoice::fixed ? "fixed" : "adaptive", solver_name,
                        o.stiffness == Stiffness::exact ? "exact" : "fully integrated",
-                       (static_cast<double>(stepper.memory_bytes()) + overhead_bytes(g)) * 1e-6, threads, threads == 1 ? "" : "s");
+                       (static_cast<double>(stepper.memory_bytes()) + overhead_bytes(g)) * 1e-6, threads,
+                       threads == 1 ? "" : "s");
 }
 
 } // namespace ductile::quasistatic

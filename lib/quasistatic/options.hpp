@@ -57,9 +57,8 @@ void declare(io::Program& program, Options& options);
 [[nodiscard]] Field make_initial_internal(const Options& options, const Scene& scene);
 /// Fixed or adaptive steps in natural units. Throws InputError when --dt is not "auto" or a positive number.
 [[nodiscard]] StepControl make_step_control(const Options& options, const Scene& scene);
-[[nodiscard]] RunOptions make_run_options(const Options& options);
-/// Number of elliptic solves the run is expected to take, for the planning of transforms.
-[[nodiscard]] double expected_solves(const Options& options, const StepControl& control, const Units& units);
+/// Throws InputError when a run that goes on from `start` (a checkpoint's time in natural units, or 0) has nothing left to do.
+[[nodiscard]] RunOptions make_run_options(const Options& options, const Scene& scene, double start);
 
 /// The lines before a run: grid, unknowns, material with the physical strain rate, scheme, memory, threads.
 [[nodiscard]] std::string describe(const Options& options, const Scene& scene, const ProjectionStepper& stepper,

@@ -1,3 +1,4 @@
+#include <ductile/base/error.hpp>
 #include <ductile/base/timer.hpp>
 #include <ductile/io/history.hpp>
 #include <ductile/io/interrupt.hpp>
@@ -29,8 +30,16 @@ template <class S> auto named_fields(S& state) {
                       std::pair{"velocity_y", &state.velocity.v}};
 }
 
-std::vector<std::string> history_columns(const std::string& internal, const std::string& unit) {
-    const std::string suffix = unit == "1" ? "" : "_" + unit;
+std::string internal_name(const Scene& scene) {
+    return std::visit([](const auto& model) { return std::string(model.internal_name); }, scene.plasticity);
+}
+
+std::string internal_unit(const Scene& scene) {
+    return std::visit([](const auto& model) { return std::string(model.internal_unit); }, scene.plasticity);
+}
+
+std::vector<std::string> history_columns(const Scene& scene) {
+    const std::string internal = internal_name(scene), unit = internal_unit(scene), suffix = unit == "1" ? "" : "_" + unit;
     return {"time_s",
             "step",
             "dt_s",
@@ -51,8 +60,6 @@ public:
     Recorder(const Scene& scene, const RunOptions& options, const io::Program& program, const io::OutputFolder& folder,
              const io::CheckpointReader* checkpoint, double start_s)
         : scene_(scene), program_(program), folder_(folder),
-          internal_name_(std::visit([](const auto& m) { return std::string(m.internal_name); }, scene.plasticity)),
-          internal_unit_(std::visit([](const auto& m) { return std::string(m.internal_unit); }, scene.plasticity)),
           snapshots_(folder.fields(), program.name(),
                      {scene.grid.cells_x, scene.grid.cells_y, scene.grid.width * scene.units.length,
                       scene.grid.height * scene.units.length, scene.grid.x(0) * scene.units.length,
@@ -60,7 +67,7 @@ public:
                      checkpoint && folder.continued() ? std::optional(io::EarlierSnapshots{folder.fields(), start_s})
                                                       : std::nullopt,
                      {{"time_unit_s", scene.units.time}, {"yield_stress_Pa", scene.units.stress}}),
-          history_(folder.history(), history_columns(internal_name_, internal_unit_)),
+          history_(folder.history(), history_columns(scene)),
           progress_({.duration_s = options.duration_s, .start_s = start_s, .quiet = program.common().quiet}) {
         if (checkpoint)
             history_.restore(checkpoint->history());
@@ -76,14 +83,15 @@ public:
                 magnitude(i, j) = std::sqrt(s * s + tau * tau + 3.0 * q * q);
             }
         using enum io::Centring;
-        const std::array fields{io::SnapshotField{"pressure", "Pa", cell, view(cells.stress.p), u.stress},
-                                io::SnapshotField{"s", "Pa", cell, view(cells.stress.s), u.stress},
-                                io::SnapshotField{"tau", "Pa", cell, view(cells.stress.tau), u.stress},
-                                io::SnapshotField{"q", "Pa", cell, view(cells.stress.q), u.stress},
-                                io::SnapshotField{"deviatoric_magnitude", "Pa", cell, view(magnitude), u.stress},
-                                io::SnapshotField{internal_name_, internal_unit_, cell, view(cells.internal), u.temperature},
-                                io::SnapshotField{"velocity_x", "m/s", corner, view(state.velocity.u), u.velocity()},
-                                io::SnapshotField{"velocity_y", "m/s", corner, view(state.velocity.v), u.velocity()}};
+        const std::array fields{
+            io::SnapshotField{"pressure", "Pa", cell, view(cells.stress.p), u.stress},
+            io::SnapshotField{"s", "Pa", cell, view(cells.stress.s), u.stress},
+            io::SnapshotField{"tau", "Pa", cell, view(cells.stress.tau), u.stress},
+            io::SnapshotField{"q", "Pa", cell, view(cells.stress.q), u.stress},
+            io::SnapshotField{"deviatoric_magnitude", "Pa", cell, view(magnitude), u.stress},
+            io::SnapshotField{internal_name(scene_), internal_unit(scene_), cell, view(cells.internal), u.temperature},
+            io::SnapshotField{"velocity_x", "m/s", corner, view(state.velocity.u), u.velocity()},
+            io::SnapshotField{"velocity_y", "m/s", corner, view(state.velocity.v), u.velocity()}};
         snapshots_.write(state.time * u.time, state.step, fields);
     }
 
@@ -133,7 +141,6 @@ private:
     const Scene& scene_;
     const io::Program& program_;
     const io::OutputFolder& folder_;
-    std::string internal_name_, internal_unit_;
     io::SnapshotWriter snapshots_;
     io::History history_;
     io::Progress progress_;
@@ -141,8 +148,12 @@ private:
 
 } // namespace
 
-State read_state(const io::CheckpointReader& checkpoint, const Grid& grid) {
+State read_state(const io::CheckpointReader& checkpoint, const Scene& scene) {
+    const Grid& grid = scene.grid;
     checkpoint.require_cells({grid.cells_x, grid.cells_y});
+    if (checkpoint.history().columns != history_columns(scene))
+        throw InputError(fmt::format("{}: this checkpoint was written with another --plasticity: restart with that one",
+                                     checkpoint.path().string()));
     State state{.cells = CellState(grid),
                 .velocity = {Field(grid.cells_y + 1, grid.cells_x), Field(grid.cells_y + 1, grid.cells_x)},
                 .time = checkpoint.scalar("time"),
@@ -200,6 +211,8 @@ io::RunStatus run(const Scene& scene, ProjectionStepper& stepper, StepControl& c
 
     double output_seconds = 0.0;
     std::size_t target = 0;
+    StepControl::Step step;
+    StepReport report;
     try {
         while (target < targets.size()) {
             if (io::interrupted()) {
@@ -210,16 +223,15 @@ io::RunStatus run(const Scene& scene, ProjectionStepper& stepper, StepControl& c
             }
             const double knot = scene.walls.next_knot(stepper.state().time);
             const double goal = std::min(targets[target], knot);
-            const StepControl::Step step = control.next(stepper.state().time, goal);
-            const StepReport report = stepper.step(step.dt, step.end, control.pointwise_options(step.dt));
+            step = control.next(stepper.state().time, goal);
+            report = stepper.step(step.dt, step.end, control.pointwise_options(step.dt));
             control.update(step, report.projection_measure);
             counters["pointwise_substeps"] += report.substeps.accepted;
             counters["rejected_substeps"] += report.substeps.rejected;
             ++counters["elliptic_solves"];
 
             Timer output;
-            const bool last = step.lands && goal == end;
-            if (last || stepper.state().step % options.history_every == 0)
+            if (stepper.state().step % options.history_every == 0)
                 recorder.row(stepper.state(), step.dt, report.projection_measure);
             recorder.progress(stepper.state(), step);
             if (step.lands && goal == targets[target]) {
@@ -233,12 +245,15 @@ io::RunStatus run(const Scene& scene, ProjectionStepper& stepper, StepControl& c
             }
             output_seconds += output.seconds();
         }
+        recorder.checkpoint(stepper.state(), control, counters);
+        // the row of the end, where it is not an n-th one: a continued run will not have it
+        if (stepper.state().step % options.history_every != 0)
+            recorder.row(stepper.state(), step.dt, report.projection_measure);
     } catch (...) {
         describe_run();
         recorder.finish();
         throw;
     }
-    recorder.checkpoint(stepper.state(), control, counters);
     recorder.finish();
     describe_run();
     summary.phase_seconds.emplace_back("output", output_seconds);
