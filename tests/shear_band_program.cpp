@@ -7,6 +7,7 @@
 #include <doctest/doctest.h>
 #include <nlohmann/json.hpp>
 
+#include <array>
 #include <chrono>
 #include <map>
 #include <string>
@@ -268,10 +269,15 @@ TEST_CASE("a restart of a restart gives the bits of the uninterrupted run") {
     };
     // the uninterrupted run lands on the ends of the others, too
     const Arguments stops = {"--snapshots", "0,0.5,0.8,1"};
-    for (const char* scheme : {"euler", "substepped", "incremental"})
-        for (const char* step : {"fixed", "adaptive"})
-            for (const char* model : {"full", "reduced"})
-                compare(stops + Arguments{"--scheme", scheme, "--step", step, "--model", model});
+    for (const auto& [scheme, step, model] : {std::array{"euler", "fixed", "full"},
+                                              {"euler", "adaptive", "reduced"},
+                                              {"substepped", "fixed", "reduced"},
+                                              {"substepped", "adaptive", "full"},
+                                              {"incremental", "fixed", "full"},
+                                              {"incremental", "fixed", "reduced"},
+                                              {"incremental", "adaptive", "full"},
+                                              {"incremental", "adaptive", "reduced"}})
+        compare(stops + Arguments{"--scheme", scheme, "--step", step, "--model", model});
     compare(stops + Arguments{"--equilibrium", "cholesky"});
     compare(stops + Arguments{"--threads", "2"});
     compare(stops + Arguments{"--threads", "2", "--equilibrium", "cholesky", "--step", "adaptive"});
