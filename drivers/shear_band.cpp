@@ -26,18 +26,16 @@ int main(int argc, char** argv) {
         const Scene scene = make_scene(options);
         StepControl control = make_step_control(options, scene);
         const auto checkpoint = program.open_restart(checkpoint_format);
-        State state =
-            checkpoint ? read_state(*checkpoint, scene.grid) : initial_state(scene, make_initial_internal(options, scene));
+        State state = checkpoint ? read_state(*checkpoint, scene) : initial_state(scene, make_initial_internal(options, scene));
 
         // 3. time stepper with its elliptic solver
-        const double solves = expected_solves(options, control, scene.units);
-        const auto stepper = make_time_stepper(options, scene, solves, std::move(state));
+        const RunOptions run_options = make_run_options(options, scene, state.time);
+        const auto stepper = make_time_stepper(options, scene, std::move(state));
         program.say(describe(options, scene, *stepper, thread_count()));
 
         // 4. run and report
         return program.run([&](const io::OutputFolder& folder, io::RunSummary& summary) {
-            return run(scene, *stepper, control, make_run_options(options), program, folder, checkpoint ? &*checkpoint : nullptr,
-                       summary);
+            return run(scene, *stepper, control, run_options, program, folder, checkpoint ? &*checkpoint : nullptr, summary);
         });
     });
 }

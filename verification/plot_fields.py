@@ -62,20 +62,20 @@ class Fields:
             groups = [file["snapshots"][name] for name in sorted(file["snapshots"])]
             self.times = [float(attribute(group, "time_s")) for group in groups]
 
-            def column(name, label, colours, unit=1.0, symmetric=False):
+            def column(name, label, colours, unit=1.0, symmetric=False, shared=False):
                 values = [dataset(group, name) / unit for group in groups]
                 for group, field in zip(groups, values):
                     if field.shape != (self.y.size - 1, self.x.size - 1):
                         raise InputError(f"{group.name}/{name} has the shape {field.shape}, the grid has "
                                          f"{self.y.size - 1} rows of {self.x.size - 1} cells")
-                return Column(values, label, colours, symmetric)
+                return Column(values, label, colours, symmetric, shared)
 
             stress = (1e6, "MPa") if yield_stress is None else (float(yield_stress), "s_Y")
             in_unit = rf"\;/\;s_Y$" if stress[1] == "s_Y" else r"$ (MPa)"
             if "effective_temperature" in groups[0]:
-                internal = column("effective_temperature", r"effective temperature $\chi$ (K)", "inferno")
+                internal = column("effective_temperature", r"effective temperature $\chi$ (K)", "inferno", shared=True)
             else:
-                internal = column("plastic_strain", "plastic strain", "inferno")
+                internal = column("plastic_strain", "plastic strain", "inferno", shared=True)
             self.columns = [
                 internal,
                 column("pressure", rf"pressure $p{in_unit}", "RdBu_r", stress[0], symmetric=True),
@@ -93,11 +93,20 @@ def with_last_edge(corners, cells):
 
 
 class Column:
-    """One quantity at all times, with the colour scale its pictures share."""
+    """One quantity at all times. Stresses grow by orders of magnitude from yield to localisation, so that each of their
+    pictures has a colour scale of its own; the others share one."""
 
-    def __init__(self, values, label, colours, symmetric):
-        self.values, self.label, self.colours = values, label, colours
-        finite = np.concatenate([field[np.isfinite(field)] for field in values])
+    def __init__(self, values, label, colours, symmetric, shared):
+        self.values, self.label, self.colours, self.shared = values, label, colours, shared
+        self.scales = [Scale(values, label, symmetric)] * len(values) if shared else [
+            Scale([field], label, symmetric) for field in values]
+
+
+class Scale:
+    """From which value to which the colours go, and at which ends values lie beyond."""
+
+    def __init__(self, fields, label, symmetric):
+        finite = np.concatenate([field[np.isfinite(field)] for field in fields])
         if finite.size == 0:
             raise InputError(f"{label}: no finite value")
         self.low, self.high = finite.min(), finite.max()
@@ -109,8 +118,8 @@ class Column:
         if symmetric:
             self.high = max(abs(self.low), abs(self.high))
             self.low = -self.high
-        if not self.high > self.low:
-            margin = 1e-3 * max(abs(self.high), 1e-3)
+        if not self.high - self.low > 1e-6 * max(abs(self.high), 1e-3):  # one value, but for round-off
+            margin = 0.1 * max(abs(self.high), 1.0)
             self.low, self.high = self.low - margin, self.high + margin
         below, above = finite.min() < self.low, finite.max() > self.high
         self.extend = {(0, 0): "neither", (1, 0): "min", (0, 1): "max", (1, 1): "both"}[int(below), int(above)]
@@ -125,7 +134,8 @@ def time_label(seconds, unit):
     power = int(np.floor(np.log10(abs(time)) + 1e-9))
     if -2 <= power <= 3:
         return rf"$t = {time:.4g}\,t_s$"
-    return rf"$t = {time / 10**power:.3g}\times 10^{{{power}}}\,t_s$"
+    power -= 1 if power > 0 else 0  # 11.5e4 as in the paper, not 1.15e5
+    return rf"$t = {time / 10**power:.4g}\times 10^{{{power}}}\,t_s$"
 
 
 def draw(fields, path):
@@ -138,15 +148,20 @@ def draw(fields, path):
     figure, axes = plt.subplots(rows, columns, squeeze=False, sharex=True, sharey=True, layout="compressed",
                                 figsize=(columns * width + 1.2, rows * width * aspect + 1.4))
     for c, column in enumerate(fields.columns):
-        for r, field in enumerate(column.values):
-            image = axes[r][c].pcolormesh(x, y, field, cmap=column.colours, vmin=column.low, vmax=column.high,
+        for r, (field, scale) in enumerate(zip(column.values, column.scales)):
+            image = axes[r][c].pcolormesh(x, y, field, cmap=column.colours, vmin=scale.low, vmax=scale.high,
                                           rasterized=True)
             axes[r][c].set_aspect("equal")
             axes[r][c].locator_params(nbins=5)
+            # One bar above a column that shares its scale, else one above every picture, the first with the name.
+            if r == 0 or not column.shared:
+                bar = figure.colorbar(image, ax=axes[:, c] if column.shared else axes[r][c], location="top",
+                                      label=column.label if r == 0 else None, extend=scale.extend, aspect=25,
+                                      shrink=0.95, pad=0.01 if column.shared else 0.02)
+                bar.ax.locator_params(nbins=5)
+                bar.formatter.set_powerlimits((-2, 4))
+                bar.formatter.set_useOffset(False)
         axes[-1][c].set_xlabel(f"x ({unit})")
-        bar = figure.colorbar(image, ax=axes[:, c], location="top", label=column.label, extend=column.extend,
-                              aspect=25, shrink=0.95, pad=0.01)
-        bar.ax.locator_params(nbins=5)
     for r, time in enumerate(fields.times):
         axes[r][0].set_ylabel(f"{time_label(time, fields.time_unit)}\n\ny ({unit})")
     temporary = f"{path}.part.png"  # a figure of an earlier run stays until this one is whole

@@ -10,9 +10,8 @@ namespace ductile {
 /// come from, so that a solve reads and writes the field twice and touches no other large array: every row is eliminated right
 /// after its transform and transformed back right after its substitution. The lower half of the rows is swept upwards and the
 /// upper half downwards; one or two threads do that fused, more threads take turns: rows (transform), modes (sweeps), rows
-/// (transform). Every row and mode sees the same operations in the same order whatever the number of threads: results agree
-/// bitwise. They may differ by round-off between processes when FFTW plans are measured (timing chooses the plan), which is done
-/// when EquilibriumProblem::expected_solves repays it.
+/// (transform). Every row and mode sees the same operations in the same order whatever the number of threads, and FFTW estimates
+/// its plans: on one machine results agree bitwise from thread to thread and from process to process, which restarts rely on.
 ///
 /// Any M >= 4 and N >= 4, fastest when M has small prime factors only. Memory besides the field: pivots, a few MB.
 /// Throws InputError for an impossible grid or elasticity, RunError when FFTW cannot plan; solve() throws InputError when the

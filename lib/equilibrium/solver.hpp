@@ -41,9 +41,6 @@ struct EquilibriumProblem {
     Grid grid;
     IsotropicElasticity elasticity;
     Stiffness stiffness = Stiffness::exact;
-    /// Number of solves expected: decides how long FFTW may plan (a long run repays measured plans, a short one does not).
-    /// Measured plans are up to a quarter faster, but timing chooses them: another process may round differently.
-    double expected_solves = 1000.0;
 };
 
 /// Builds a solver; `fastest` picks Fourier, which fits every grid with periodic x and Dirichlet walls.

@@ -120,7 +120,7 @@ void Program::option(const std::string& flag, std::filesystem::path& value, cons
 
 void Program::option(const std::string& flag, CellCount& value, const OptionHelp& help) {
     declare(
-        flag, Kind::cells, help, "N or MxN", [&value] { return to_text(value); },
+        flag, Kind::cells, help, "N for both or MxN", [&value] { return to_text(value); },
         [&value](const std::string& text) { value = parse_cell_count(text); });
 }
 

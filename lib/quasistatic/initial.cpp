@@ -128,16 +128,16 @@ void fill(const Grid& grid, Field& field, const RandomField& random) {
 
 } // namespace
 
-Field initial_internal(const Grid& grid, const InitialInternal& initial, double lower_bound) {
+Field initial_internal(const Grid& grid, const InitialInternal& initial, double lower_bound, double unit) {
     Field field(grid.cells_y, grid.cells_x);
     std::visit([&](const auto& pattern) { fill(grid, field, pattern); }, initial);
     for (int j = 0; j < grid.cells_y; ++j)
         for (int i = 0; i < grid.cells_x; ++i)
             if (!(field(i, j) >= lower_bound) || !std::isfinite(field(i, j)))
                 throw InputError(
-                    fmt::format("the initial field is {:.6g} at cell ({}, {}): it must be finite and at least {:.6g}; change "
-                                "the --initial options",
-                                field(i, j), i, j, lower_bound));
+                    fmt::format("the initial internal variable is {:.6g} at cell ({}, {}): it must be finite and at least "
+                                "{:.6g}; change --initial-base or --initial-amplitude",
+                                field(i, j) * unit, i, j, lower_bound * unit));
     return field;
 }
 

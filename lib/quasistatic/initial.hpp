@@ -43,6 +43,6 @@ using InitialInternal = std::variant<PaperPattern, Uniform, GaussianInclusion, R
 /// Values at cell centres, shape [N][M]. Throws InputError for lengths that are not positive, a negative deviation, a random
 /// field too fine to sum (correlation length below 1/500 of the domain) and a result with a value below `lower_bound` (an
 /// effective temperature must be positive).
-[[nodiscard]] Field initial_internal(const Grid& grid, const InitialInternal& initial, double lower_bound);
+[[nodiscard]] Field initial_internal(const Grid& grid, const InitialInternal& initial, double lower_bound, double unit = 1.0);
 
 } // namespace ductile::quasistatic

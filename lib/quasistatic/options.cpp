@@ -38,7 +38,7 @@ void declare_domain(io::Program& program, Options& o) {
     const auto help = [](std::string meaning, std::string units = {}, io::Limits allowed = io::any_number) {
         return io::OptionHelp{"Domain", std::move(meaning), std::move(units), allowed};
     };
-    program.option("--cells", o.cells, help("cells in x and y: N for both, or MxN"));
+    program.option("--cells", o.cells, help("cells in x and y"));
     program.option("--width", o.width, help("extent in x, the periodic direction", "m", io::positive));
     program.option("--height", o.height, help("distance of the walls", "m", io::positive));
     program.option("--wall-velocity", o.wall_velocity, help("velocity of the upper wall; the lower one moves oppositely", "m/s"));
@@ -201,7 +201,7 @@ Field make_initial_internal(const Options& o, const Scene& scene) {
     };
     // 1 K: an effective temperature must be positive, and below it exp(-e_Z/(k_B chi)) has no meaning left
     const double lowest = o.plasticity == PlasticityChoice::stz ? 1.0 / value : 0.0;
-    return initial_internal(scene.grid, initial(), lowest);
+    return initial_internal(scene.grid, initial(), lowest, value);
 }
 
 namespace {
@@ -245,9 +245,9 @@ StepControl make_step_control(const Options& o, const Scene& scene) {
     return {scene.grid, steps};
 }
 
-std::unique_ptr<TimeStepper> make_time_stepper(const Options& o, const Scene& scene, double solves, State state) {
-    auto solver = make_equilibrium_solver(
-        {.grid = scene.grid, .elasticity = scene.elasticity, .stiffness = o.stiffness, .expected_solves = solves}, o.solver);
+std::unique_ptr<TimeStepper> make_time_stepper(const Options& o, const Scene& scene, State state) {
+    auto solver =
+        make_equilibrium_solver({.grid = scene.grid, .elasticity = scene.elasticity, .stiffness = o.stiffness}, o.solver);
     const PassOptions passes{.largest = o.velocity_passes, .tolerance = 0.1 * tolerance(o)};
     const auto projection = [&](Predictor predictor) {
         using Scale = PointwiseTolerance::Scale;
@@ -269,15 +269,12 @@ std::unique_ptr<TimeStepper> make_time_stepper(const Options& o, const Scene& sc
     }
 }
 
-RunOptions make_run_options(const Options& o) {
+RunOptions make_run_options(const Options& o, const Scene& scene, double start) {
+    if (!(o.duration / scene.units.time > start))
+        throw InputError(
+            fmt::format("--duration {}: the checkpoint is at t = {:.6g} s already: a longer --duration goes on from there",
+                        o.duration, start * scene.units.time));
     return {.duration_s = o.duration, .snapshots_s = o.snapshots, .history_every = o.history_every};
-}
-
-double expected_solves(const Options& o, const StepControl& control, const Units& units) {
-    if (index_reduced(o.scheme) && o.step == StepChoice::adaptive)
-        return 500.0;
-    const double longest = o.step == StepChoice::fixed ? control.planned_step() : o.projection_steps.largest_step / units.time;
-    return o.duration / units.time / longest;
 }
 
 std::string describe(const Options& o, const Scene& scene, const TimeStepper& stepper, int threads) {

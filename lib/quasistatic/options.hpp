@@ -60,12 +60,10 @@ void declare(io::Program& program, Options& options);
 /// Fixed steps, or adaptive ones of the kind that the scheme has, in natural units. Throws InputError when --dt or --tolerance is
 /// neither "auto" nor a positive number.
 [[nodiscard]] StepControl make_step_control(const Options& options, const Scene& scene);
-/// The solver and the scheme around it. `solves` is the number of elliptic solves expected, for the planning of transforms.
-[[nodiscard]] std::unique_ptr<TimeStepper> make_time_stepper(const Options& options, const Scene& scene, double solves,
-                                                             State state);
-[[nodiscard]] RunOptions make_run_options(const Options& options);
-/// Number of elliptic solves the run is expected to take, for the planning of transforms.
-[[nodiscard]] double expected_solves(const Options& options, const StepControl& control, const Units& units);
+/// The scheme with its elliptic solver.
+[[nodiscard]] std::unique_ptr<TimeStepper> make_time_stepper(const Options& options, const Scene& scene, State state);
+/// Throws InputError when a run that goes on from `start` (a checkpoint's time in natural units, or 0) has nothing left to do.
+[[nodiscard]] RunOptions make_run_options(const Options& options, const Scene& scene, double start);
 
 /// The lines before a run: grid, unknowns, material with the physical strain rate, scheme, memory, threads.
 [[nodiscard]] std::string describe(const Options& options, const Scene& scene, const TimeStepper& stepper, int threads);

@@ -1,8 +1,10 @@
+#include <ductile/base/error.hpp>
 #include <ductile/io/terminal_plot.hpp>
 #include <ductile/quasistatic/recorder.hpp>
 
 #include <array>
 #include <cmath>
+#include <fmt/format.h>
 
 namespace ductile::quasistatic {
 
@@ -28,8 +30,16 @@ void read_field(const io::CheckpointReader& checkpoint, const std::string& name,
         field.wrap_row(j);
 }
 
-std::vector<std::string> history_columns(const std::string& internal, const std::string& unit) {
-    const std::string suffix = unit == "1" ? "" : "_" + unit;
+std::string internal_name(const Scene& scene) {
+    return std::visit([](const auto& model) { return std::string(model.internal_name); }, scene.plasticity);
+}
+
+std::string internal_unit(const Scene& scene) {
+    return std::visit([](const auto& model) { return std::string(model.internal_unit); }, scene.plasticity);
+}
+
+std::vector<std::string> history_columns(const Scene& scene) {
+    const std::string internal = internal_name(scene), unit = internal_unit(scene), suffix = unit == "1" ? "" : "_" + unit;
     return {"time_s",
             "step",
             "dt_s",
@@ -54,15 +64,13 @@ std::map<std::string, std::int64_t> identity(const TimeStepper& stepper, const S
 Recorder::Recorder(const Scene& scene, const RunOptions& options, const io::Program& program, const io::OutputFolder& folder,
                    const io::CheckpointReader* checkpoint, double start_s)
     : scene_(scene), program_(program), folder_(folder),
-      internal_name_(std::visit([](const auto& m) { return std::string(m.internal_name); }, scene.plasticity)),
-      internal_unit_(std::visit([](const auto& m) { return std::string(m.internal_unit); }, scene.plasticity)),
       snapshots_(folder.fields(), program.name(),
                  {scene.grid.cells_x, scene.grid.cells_y, scene.grid.width * scene.units.length,
                   scene.grid.height * scene.units.length, scene.grid.x(0) * scene.units.length,
                   scene.grid.y(0) * scene.units.length},
                  checkpoint && folder.continued() ? std::optional(io::EarlierSnapshots{folder.fields(), start_s}) : std::nullopt,
                  {{"time_unit_s", scene.units.time}, {"yield_stress_Pa", scene.units.stress}}),
-      history_(folder.history(), history_columns(internal_name_, internal_unit_)),
+      history_(folder.history(), history_columns(scene)),
       progress_({.duration_s = options.duration_s, .start_s = start_s, .quiet = program.common().quiet}) {
     if (checkpoint)
         history_.restore(checkpoint->history());
@@ -78,14 +86,15 @@ void Recorder::snapshot(const State& state) {
             magnitude(i, j) = std::sqrt(s * s + tau * tau + 3.0 * q * q);
         }
     using enum io::Centring;
-    const std::array fields{io::SnapshotField{"pressure", "Pa", cell, view(cells.stress.p), u.stress},
-                            io::SnapshotField{"s", "Pa", cell, view(cells.stress.s), u.stress},
-                            io::SnapshotField{"tau", "Pa", cell, view(cells.stress.tau), u.stress},
-                            io::SnapshotField{"q", "Pa", cell, view(cells.stress.q), u.stress},
-                            io::SnapshotField{"deviatoric_magnitude", "Pa", cell, view(magnitude), u.stress},
-                            io::SnapshotField{internal_name_, internal_unit_, cell, view(cells.internal), u.temperature},
-                            io::SnapshotField{"velocity_x", "m/s", corner, view(state.velocity.u), u.velocity()},
-                            io::SnapshotField{"velocity_y", "m/s", corner, view(state.velocity.v), u.velocity()}};
+    const std::array fields{
+        io::SnapshotField{"pressure", "Pa", cell, view(cells.stress.p), u.stress},
+        io::SnapshotField{"s", "Pa", cell, view(cells.stress.s), u.stress},
+        io::SnapshotField{"tau", "Pa", cell, view(cells.stress.tau), u.stress},
+        io::SnapshotField{"q", "Pa", cell, view(cells.stress.q), u.stress},
+        io::SnapshotField{"deviatoric_magnitude", "Pa", cell, view(magnitude), u.stress},
+        io::SnapshotField{internal_name(scene_), internal_unit(scene_), cell, view(cells.internal), u.temperature},
+        io::SnapshotField{"velocity_x", "m/s", corner, view(state.velocity.u), u.velocity()},
+        io::SnapshotField{"velocity_y", "m/s", corner, view(state.velocity.v), u.velocity()}};
     snapshots_.write(state.time * u.time, state.step, fields);
 }
 
@@ -136,8 +145,12 @@ void Recorder::finish() {
     snapshots_.finish();
 }
 
-State read_state(const io::CheckpointReader& checkpoint, const Grid& grid) {
+State read_state(const io::CheckpointReader& checkpoint, const Scene& scene) {
+    const Grid& grid = scene.grid;
     checkpoint.require_cells({grid.cells_x, grid.cells_y});
+    if (checkpoint.history().columns != history_columns(scene))
+        throw InputError(fmt::format("{}: this checkpoint was written with another --plasticity: restart with that one",
+                                     checkpoint.path().string()));
     State state{.cells = CellState(grid),
                 .velocity = {Field(grid.cells_y + 1, grid.cells_x), Field(grid.cells_y + 1, grid.cells_x)},
                 .time = checkpoint.scalar("time"),

@@ -32,7 +32,6 @@ private:
     const Scene& scene_;
     const io::Program& program_;
     const io::OutputFolder& folder_;
-    std::string internal_name_, internal_unit_;
     io::SnapshotWriter snapshots_;
     io::History history_;
     io::Progress progress_;

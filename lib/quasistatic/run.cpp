@@ -64,6 +64,8 @@ io::RunStatus run(const Scene& scene, TimeStepper& stepper, StepControl& control
     };
 
     std::size_t target = 0;
+    StepControl::Step step;
+    StepAttempt attempt;
     try {
         while (target < targets.size()) {
             if (io::interrupted()) {
@@ -76,8 +78,7 @@ io::RunStatus run(const Scene& scene, TimeStepper& stepper, StepControl& control
             const double goal = std::min(targets[target], knot);
             const double now = stepper.state().time;
             const StepControl::Step planned = control.next(now, goal);
-            const StepControl::Step step = StepControl::shortened(planned, now, stepper.limit_step(planned.dt));
-            StepAttempt attempt;
+            step = StepControl::shortened(planned, now, stepper.limit_step(planned.dt));
             try {
                 attempt = stepper.attempt(step.dt, step.end);
             } catch (const RunError&) {
@@ -93,8 +94,7 @@ io::RunStatus run(const Scene& scene, TimeStepper& stepper, StepControl& control
             stepper.accept();
 
             Timer output;
-            const bool last = step.lands && goal == end;
-            if (last || stepper.state().step % options.history_every == 0)
+            if (stepper.state().step % options.history_every == 0)
                 recorder.row(stepper.state(), step.dt, attempt.measure);
             recorder.progress(stepper.state(), step);
             if (step.lands && goal == targets[target]) {
@@ -108,12 +108,15 @@ io::RunStatus run(const Scene& scene, TimeStepper& stepper, StepControl& control
             }
             output_seconds += output.seconds();
         }
+        recorder.checkpoint(stepper, control, counters());
+        // the row of the end, where it is not an n-th one: a continued run will not have it
+        if (stepper.state().step % options.history_every != 0)
+            recorder.row(stepper.state(), step.dt, attempt.measure);
     } catch (...) {
         describe_run();
         recorder.finish();
         throw;
     }
-    recorder.checkpoint(stepper, control, counters());
     recorder.finish();
     describe_run();
     return io::RunStatus::completed;

@@ -21,8 +21,8 @@ struct RunOptions {
 /// The number of this program's checkpoint format, raised when its content changes.
 inline constexpr int checkpoint_format = 1;
 
-/// The state a checkpoint holds. Throws InputError when it has another grid.
-[[nodiscard]] State read_state(const io::CheckpointReader& checkpoint, const Grid& grid);
+/// The state a checkpoint holds. Throws InputError when it has another grid or another internal variable.
+[[nodiscard]] State read_state(const io::CheckpointReader& checkpoint, const Scene& scene);
 
 /// Steps `stepper` to the end: snapshots, history, progress, checkpoints; a signal ends the run with a checkpoint.
 /// `checkpoint` (or null) is what the run goes on from: it restores the step control, the history and the counters.

@@ -1,0 +1,300 @@
+// The program shear_band as its users meet it: a process with options, files, messages and an exit status.
+#include "child_process.hpp"
+
+#include <ductile/io/checkpoint.hpp>
+#include <ductile/io/hdf5.hpp>
+
+#include <doctest/doctest.h>
+#include <nlohmann/json.hpp>
+
+#include <array>
+#include <chrono>
+#include <map>
+#include <string>
+#include <thread>
+#include <vector>
+
+using namespace ductile;
+using namespace ductile::io;
+using scratch::ChildProcess;
+using scratch::has;
+namespace fs = std::filesystem;
+
+namespace {
+
+using Arguments = std::vector<std::string>;
+
+Arguments operator+(Arguments first, const Arguments& second) {
+    first.insert(first.end(), second.begin(), second.end());
+    return first;
+}
+
+/// A run that goes well into the plastic flow in a few dozen steps.
+const Arguments quick = {"--cells", "16x12", "--dt", "0.02", "--threads", "1", "--snapshots", "0,0.5,1", "--duration", "1"};
+
+Arguments command(const Arguments& arguments) { return Arguments{std::string(DUCTILE_PROGRAMS) + "/shear_band"} + arguments; }
+
+struct Outcome {
+    int status;
+    std::string output, errors;
+};
+
+Outcome run(const Arguments& arguments, rlim_t largest_file = RLIM_INFINITY) {
+    ChildProcess process(command(arguments), largest_file);
+    const int status = process.wait();
+    return {status, process.output(), process.errors()};
+}
+
+void run_well(const Arguments& arguments) {
+    const Outcome outcome = run(arguments + Arguments{"--quiet"});
+    CAPTURE(outcome.errors);
+    REQUIRE(outcome.status == 0);
+}
+
+/// Every file of a folder by name.
+std::map<std::string, std::string> contents(const fs::path& folder) {
+    std::map<std::string, std::string> files;
+    for (const fs::directory_entry& entry : fs::directory_iterator(folder))
+        files[entry.path().filename()] = scratch::read(entry.path());
+    return files;
+}
+
+nlohmann::json summary(const fs::path& folder) { return nlohmann::json::parse(scratch::read(folder / "summary.json")); }
+
+/// All numbers of a run that do not depend on the wall clock: the history as text, checkpoint and snapshots as doubles.
+struct Result {
+    std::string history;
+    std::map<std::string, std::vector<double>> arrays = {};
+    std::int64_t steps = 0, substeps = 0;
+    double planned_step = 0.0;
+
+    bool operator==(const Result&) const = default;
+};
+
+void read_group(const Hdf5File& file, const std::string& group, Result& result) {
+    for (const std::string& name : file.members(group)) {
+        const std::string path = group + "/" + name;
+        const std::vector<std::size_t> shape = file.shape(path);
+        const auto rows = static_cast<int>(shape[0]), columns = static_cast<int>(shape[1]);
+        std::vector<double>& values = result.arrays[path];
+        values.resize(shape[0] * shape[1]);
+        file.read(path, {values.data(), rows, columns, columns});
+    }
+}
+
+Result result_in(const fs::path& folder) {
+    Result result{.history = scratch::read(folder / "history.csv")};
+    const CheckpointReader checkpoint(folder / "checkpoint.h5", "shear_band");
+    result.steps = checkpoint.counter("step");
+    result.substeps = checkpoint.counter("pointwise_substeps");
+    result.planned_step = checkpoint.scalar("planned_step");
+    read_group(Hdf5File::open(folder / "checkpoint.h5"), "arrays", result);
+    const Hdf5File fields = Hdf5File::open(folder / "fields.h5");
+    for (const std::string& snapshot : fields.members("snapshots"))
+        read_group(fields, "snapshots/" + snapshot, result);
+    return result;
+}
+
+} // namespace
+
+TEST_SUITE_BEGIN("shear_band_program");
+
+TEST_CASE("wrong options end with status 2 and a message, and leave nothing behind") {
+    const scratch::Folder folder;
+    const fs::path config = folder / "a.toml", output = folder / "out";
+    const auto refused = [&](const Arguments& arguments, const std::string& message) {
+        const Outcome outcome = run(arguments + Arguments{"--output", output});
+        CAPTURE(arguments);
+        CAPTURE(outcome.errors);
+        CHECK(outcome.status == 2);
+        CHECK(outcome.errors.starts_with("error: "));
+        CHECK(has(outcome.errors, message));
+        CHECK(outcome.output.empty());
+        CHECK_FALSE(fs::exists(output));
+    };
+    for (const char* cells : {"-8", "0", "12.5", "8x", "8x-8", "8x8x8", "1e3", "99999999", "many"})
+        refused({"--cells", cells}, std::string("--cells ") + cells + ": it must be N or MxN");
+    refused({"--cells", "3"}, "at least 4 cells");
+    refused({"--cells", "1000000"}, "GB of memory, this machine has");
+    for (const char* dt : {"0", "-1", "nan", "inf", "soon"})
+        refused({"--dt", dt}, std::string("--dt ") + dt + ": it must be a finite number above 0; or auto");
+    for (const char* option : {"--bulk-modulus", "--shear-modulus", "--yield-stress", "--width", "--height", "--tolerance",
+                               "--duration", "--stz-bath-temperature", "--stz-steady-temperature", "--dt-max"})
+        for (const char* value : {"0", "-1", "nan"})
+            refused({option, value}, std::string(option) + " " + value + ": it must be a finite number above 0");
+    refused({"--initial", "uniform", "--initial-base", "0"}, "the initial internal variable is 0 at cell (0, 0)");
+    refused({"--initial-base", "-640"}, "it must be finite and at least 1; change --initial-base");
+    refused({"--initial-amplitude", "-700"}, "--initial-amplitude");
+    refused({"--dt-min", "1", "--dt-max", "0.5", "--step", "adaptive"}, "--dt-min 1 exceeds --dt-max 0.5");
+    refused({"--wall-history", "0:1,x"}, "--wall-history");
+    refused({"--scheme", "leapfrog"}, "--scheme leapfrog: it must be one of euler, substepped, incremental");
+    refused({"--snapshots", "0,-1"}, "element '-1' is wrong");
+    refused({"--threads", "0"}, "--threads 0");
+    refused({"--colour"}, "--colour");
+
+    refused({"--config", folder / "none.toml"}, "none.toml: the file cannot be read");
+    refused({"--config", folder / ""}, "the file cannot be read");
+    scratch::write(config, "dt = 0.02\nsteps = 3\n");
+    refused({"--config", config}, "a.toml, line 2: unknown key 'steps'");
+    scratch::write(config, "threads = \"two\"\n");
+    refused({"--config", config}, "a.toml, line 1: --threads two: it must be a whole number");
+    scratch::write(config, "cells = 16\ncells = 32\n");
+    refused({"--config", config}, "a.toml, line 2: key 'cells' is given twice");
+    scratch::write(config, "[grid]\ncells = 16\n");
+    refused({"--config", config}, "tables are not used");
+}
+
+TEST_CASE("an output folder that cannot be written is refused") {
+    const scratch::Folder folder;
+    scratch::write(folder / "file", "mine");
+    for (const fs::path& output : {folder / "file", folder / "file/below", fs::path("/proc/none")}) {
+        const Outcome outcome = run(quick + Arguments{"--output", output});
+        CAPTURE(outcome.errors);
+        CHECK(outcome.status == 2);
+        CHECK(has(outcome.errors, "output folder " + output.string()));
+        CHECK(has(outcome.errors, "choose another one with --output"));
+    }
+    CHECK(scratch::read(folder / "file") == "mine");
+}
+
+TEST_CASE("a checkpoint that does not fit is refused and keeps its folder as it was") {
+    const scratch::Folder folder;
+    run_well(quick + Arguments{"--output", folder / "run"});
+    const std::string good = scratch::read(folder / "run/checkpoint.h5");
+    const auto before = contents(folder / "run");
+    const fs::path bad = folder / "bad.h5";
+    const auto refused = [&](const fs::path& checkpoint, const Arguments& arguments, const std::string& message) {
+        const Outcome outcome = run(Arguments{"--restart", checkpoint} + arguments);
+        CAPTURE(outcome.errors);
+        CHECK(outcome.status == 2);
+        CHECK(has(outcome.errors, message));
+        CHECK(contents(folder / "run") == before);
+    };
+    refused(folder / "run/checkpoint.h5", {"--cells", "24"}, "use --cells 16x12 or another checkpoint");
+    refused(folder / "run/checkpoint.h5", {}, "--duration 1: the checkpoint is at t = 1 s already");
+    refused(folder / "run/checkpoint.h5", {"--duration", "0.5"}, "a longer --duration goes on from there");
+    refused(folder / "run/checkpoint.h5", {"--plasticity", "perzyna", "--duration", "2"}, "written with another --plasticity");
+    refused(folder / "none.h5", {}, "none.h5: there is no such file");
+    refused(folder / "run/fields.h5", {}, "this is not a checkpoint");
+    for (const std::size_t length : {std::size_t{0}, std::size_t{100}, good.size() / 2, good.size() - 1}) {
+        scratch::write(bad, good.substr(0, length));
+        refused(bad, {}, "bad.h5: ");
+    }
+    scratch::write(bad, "cells = 16\n");
+    refused(bad, {}, "bad.h5: "); // a text file
+    write_checkpoint(bad, {.program = "shear_band", .format = 999});
+    refused(bad, {}, "bad.h5: this checkpoint has format 999");
+    write_checkpoint(bad, {.program = "upsetting"});
+    refused(bad, {}, "written by upsetting");
+}
+
+TEST_CASE("a second run into a folder moves the first one aside, whole") {
+    const scratch::Folder folder;
+    const Arguments arguments = quick + Arguments{"--output", folder / "run"};
+    run_well(arguments);
+    const auto first = contents(folder / "run");
+    for (const char* file : {"summary.json", "history.csv", "fields.h5", "fields.xdmf", "checkpoint.h5"})
+        CHECK(first.contains(file));
+    const Outcome second = run(arguments);
+    CHECK(second.status == 0);
+    CHECK(has(second.output, "held an earlier run, which is now in " + (folder / "run.1").string()));
+    CHECK(has(second.output, "shear traction on the wall [MPa]"));
+    CHECK(contents(folder / "run.1") == first);
+    CHECK(result_in(folder / "run") == result_in(folder / "run.1"));
+    CHECK(Hdf5File::open(folder / "run/fields.h5").double_attribute("/", "yield_stress_Pa") == 0.85e9);
+}
+
+TEST_CASE("a full disk ends a run with status 1; what it had written is whole") {
+    for (const rlim_t bytes : {1'000, 6'000, 20'000, 50'000}) {
+        CAPTURE(bytes);
+        const scratch::Folder folder;
+        const Outcome outcome = run(quick + Arguments{"--output", folder / "run"}, bytes);
+        CAPTURE(outcome.errors);
+        CHECK(outcome.status == 1);
+        CHECK(has(outcome.errors, (folder / "run").string()));
+        CHECK(has(outcome.errors, "free space"));
+        for (const char* file : {"fields.h5", "checkpoint.h5"})
+            if (fs::exists(folder / "run" / file))
+                CHECK_NOTHROW((void)Hdf5File::open(folder / "run" / file).members("/"));
+    }
+}
+
+TEST_CASE("a step that is not finite ends the run with step, time, advice, and finished files") {
+    const scratch::Folder folder;
+    const Outcome outcome = run({"--cells", "16", "--scheme", "euler", "--dt", "0.3", "--duration", "100", "--snapshots", "0,0.3",
+                                 "--output", folder / "run"});
+    CAPTURE(outcome.errors);
+    CHECK(outcome.status == 1);
+    for (const char* part : {"error: step ", " at t = ", " s with dt = 0.3 s", "use a smaller --dt"})
+        CHECK(has(outcome.errors, part));
+    CHECK(summary(folder / "run")["status"] == "failed");
+    CHECK(has(outcome.errors, summary(folder / "run")["reason"].get<std::string>()));
+    CHECK(has(scratch::read(folder / "run/history.csv"), "\n0.3,1,0.3,"));
+    CHECK(Hdf5File::open(folder / "run/fields.h5").members("snapshots").size() == 2);
+}
+
+TEST_CASE("an interrupted run ends with status 130, and goes on as if it had never stopped") {
+    const scratch::Folder folder;
+    const Arguments scene = {"--cells", "32x24", "--dt", "0.004", "--threads", "1", "--snapshots", "0.5,1", "--duration", "1"};
+    for (const Arguments& how : {Arguments{"--step", "fixed"}, Arguments{"--step", "adaptive"}}) {
+        const fs::path whole = folder / ("whole" + how.back()), parts = folder / ("parts" + how.back());
+        run_well(scene + how + Arguments{"--output", whole});
+        // A checkpoint at every step makes the run slow enough to be hit.
+        ChildProcess process(command(scene + how + Arguments{"--output", parts, "--checkpoint-every", "1e-9"}));
+        for (int wait = 0; wait < 10'000 && !fs::exists(parts / "checkpoint.h5"); ++wait)
+            std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+        process.signal(SIGINT);
+        REQUIRE(process.wait() == 130);
+        CHECK(has(process.output(), "shear_band: interrupted"));
+        CHECK(summary(parts)["status"] == "interrupted");
+        CHECK(result_in(parts).steps < result_in(whole).steps);
+        run_well({"--restart", parts / "checkpoint.h5", "--checkpoint-every", "600"});
+        CHECK(summary(parts)["status"] == "completed");
+        CHECK(result_in(parts) == result_in(whole));
+    }
+}
+
+TEST_CASE("a restart of a restart gives the bits of the uninterrupted run") {
+    const auto compare = [](const Arguments& how) {
+        CAPTURE(how);
+        const scratch::Folder folder;
+        const Arguments scene = quick + how;
+        run_well(scene + Arguments{"--output", folder / "whole"});
+        run_well(scene + Arguments{"--duration", "0.5", "--output", folder / "parts"});
+        CHECK(result_in(folder / "parts").steps > 1);
+        run_well({"--restart", folder / "parts/checkpoint.h5", "--duration", "0.8"});
+        run_well({"--restart", folder / "parts/checkpoint.h5", "--duration", "1"});
+        CHECK(result_in(folder / "parts") == result_in(folder / "whole"));
+    };
+    // the uninterrupted run lands on the ends of the others, too
+    const Arguments stops = {"--snapshots", "0,0.5,0.8,1"};
+    for (const auto& [scheme, step, model] : {std::array{"euler", "fixed", "full"},
+                                              {"euler", "adaptive", "reduced"},
+                                              {"substepped", "fixed", "reduced"},
+                                              {"substepped", "adaptive", "full"},
+                                              {"incremental", "fixed", "full"},
+                                              {"incremental", "fixed", "reduced"},
+                                              {"incremental", "adaptive", "full"},
+                                              {"incremental", "adaptive", "reduced"}})
+        compare(stops + Arguments{"--scheme", scheme, "--step", step, "--model", model});
+    compare(stops + Arguments{"--equilibrium", "cholesky"});
+    compare(stops + Arguments{"--threads", "2"});
+    compare(stops + Arguments{"--threads", "2", "--equilibrium", "cholesky", "--step", "adaptive"});
+    compare(stops + Arguments{"--wall-history", "0:5e-4,0.6:5e-4,0.6:-5e-4"});
+    compare(stops + Arguments{"--plasticity", "perzyna", "--initial", "uniform", "--initial-base", "0", "--history-every", "3"});
+}
+
+TEST_CASE("a continued run may write into another folder and leaves the first one as it was") {
+    const scratch::Folder folder;
+    run_well(quick + Arguments{"--output", folder / "whole"});
+    run_well(quick + Arguments{"--duration", "0.5", "--output", folder / "first"});
+    const auto before = contents(folder / "first");
+    run_well({"--restart", folder / "first/checkpoint.h5", "--duration", "1", "--output", folder / "second"});
+    CHECK(contents(folder / "first") == before);
+    const Result whole = result_in(folder / "whole"), second = result_in(folder / "second");
+    CHECK(second.history == whole.history);
+    CHECK(second.arrays.at("arrays/internal") == whole.arrays.at("arrays/internal"));
+}
+
+TEST_SUITE_END();
