@@ -664,11 +664,11 @@ TEST_SUITE("quasistatic") {
         const auto rejects = [&](const InitialInternal& initial, const char* part) {
             CHECK(contains(message_of([&] { (void)initial_internal(grid, initial, 1.0); }), part));
         };
-        rejects(Uniform{0.5}, "initial field");
-        rejects(Uniform{std::numeric_limits<double>::quiet_NaN()}, "initial field");
-        rejects(Uniform{std::numeric_limits<double>::infinity()}, "initial field");
-        rejects(PaperPattern{-640.0, 180.0}, "initial field");
-        rejects(GaussianInclusion{600.0, -700.0, 0.0, 0.0, 0.2}, "initial field");
+        rejects(Uniform{0.5}, "initial internal variable");
+        rejects(Uniform{std::numeric_limits<double>::quiet_NaN()}, "initial internal variable");
+        rejects(Uniform{std::numeric_limits<double>::infinity()}, "initial internal variable");
+        rejects(PaperPattern{-640.0, 180.0}, "initial internal variable");
+        rejects(GaussianInclusion{600.0, -700.0, 0.0, 0.0, 0.2}, "initial internal variable");
         for (const double radius : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN()})
             rejects(GaussianInclusion{600.0, 1.0, 0.0, 0.0, radius}, "radius");
         rejects(RandomField{640.0, -1.0, 0.1, 1}, "deviation");
