@@ -59,6 +59,11 @@ void StepControl::update(const Step& step, double projection_measure) {
     planned_ = std::clamp(proposal, a.smallest_step, a.largest_step);
 }
 
+void StepControl::restore_planned_step(double dt) {
+    if (adaptive_)
+        planned_ = std::clamp(dt, adaptive_->smallest_step, adaptive_->largest_step);
+}
+
 Rk21Options StepControl::pointwise_options(double dt) const {
     const double scale = adaptive_ ? pointwise_.adaptive_factor * cell_area_ : pointwise_.fixed_factor * dt * dt;
     return {.absolute_tolerance = std::max(scale, 1e-16), .relative_tolerance = std::max(scale, 1e-17), .exact_components = 1};

@@ -53,7 +53,9 @@ public:
     [[nodiscard]] std::optional<double> projection_tolerance() const;
     /// The planned step: what a checkpoint must store.
     [[nodiscard]] double planned_step() const { return planned_; }
-    void restore_planned_step(double dt) { planned_ = dt; }
+    /// Goes on with the step a checkpoint planned, within the bounds of this run. Fixed steps keep their own length: a run may
+    /// be continued with other options than it was started with.
+    void restore_planned_step(double dt);
 
 private:
     double cell_area_;
