@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace ductile::quasistatic {
 
@@ -45,13 +46,13 @@ void StepControl::update(const Step& step, double projection_measure) {
     const AdaptiveStepOptions& a = *adaptive_;
     const double tolerance = *projection_tolerance();
     const double by_projection =
-        projection_measure > 0.0 ? a.safety * std::sqrt(tolerance / projection_measure) : a.largest_growth;
+        projection_measure > 0.0 ? a.safety * std::sqrt(tolerance / projection_measure) : std::numeric_limits<double>::infinity();
     const double factor = std::min(a.largest_growth, by_projection);
     limit_ = by_projection < a.largest_growth ? StepLimit::projection : StepLimit::growth;
     double proposal = step.dt * factor;
-    // a step cut to land on a target says little about a longer one: the plan stands unless Q* asks for less
-    if (step.limit == StepLimit::output && by_projection >= 1.0)
-        proposal = std::max(proposal, planned_);
+    // a step cut to land on a target does not shrink the plan, as far as Q* ~ dt^2 lets the plan stand
+    if (step.limit == StepLimit::output)
+        proposal = std::max(proposal, std::min(planned_, step.dt * by_projection));
     if (proposal >= a.largest_step)
         limit_ = StepLimit::largest;
     if (proposal <= a.smallest_step)
