@@ -161,7 +161,8 @@ def draw_errors(result, path):
             for bound, style in zip(BOUNDS, ("o-", "v:")):
                 line(meaning, bound, colour + style, f"{label}, {BOUNDS[bound].replace('<=', '≤').replace('t_s', '$t_s$')}")
         axis.set(title=labels[field], xlabel="steps")
-    axes[0].legend(fontsize=7)
+        axis.set_ylim(top=20 * axis.get_ylim()[1])  # room for the legend
+    axes[0].legend(loc="upper right", fontsize=7)
     figure.savefig(path, dpi=100)
     plt.close(figure)
 

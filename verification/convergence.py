@@ -3,12 +3,14 @@
 
 The shear band on 280, 360 and 504 cells a side with dt = 0.5e4 t_s h/L, by the reduced and the full model, and by the full
 model with the paper's stiffness (S.20), each against a finer grid of the same model, scheme and dt/h. Errors at the final
-time in the norm (59). Every run is kept in the work folder: an interrupted study goes on where it stopped.
+time in the norm (59). Besides, the order in time alone, by halving the step on one coarse grid. Every run is kept in the work
+folder: an interrupted study goes on where it stopped.
 
     verification/convergence.py
 """
 
 import matplotlib.pyplot as plt
+import numpy as np
 
 import common
 from common import FIELDS, GRIDS
@@ -18,6 +20,8 @@ SERIES = {  # name: options, name of the reference
     "full": ({"model": "full", "operator": "exact"}, "full"),
     "full, stiffness (S.20)": ({"model": "full", "operator": "full"}, "full"),
 }
+HALVINGS = range(-2, 3)  # order in time: steps of the paper's size times 2^-k
+TIME_CELLS = 100
 LABELS = {"v": r"$E_v/U$", "sigma": r"$E_\sigma/s_Y$", "chi": r"$E_\chi/\chi_\infty$", "v centred": r"$E_v/U$, $v$ centred in time"}
 
 
@@ -37,8 +41,17 @@ def reference(options, cells):
             "history-every": 100}
 
 
+def halved_name(model, halving):
+    return f"{model}-exact-{TIME_CELLS}-halved{halving:+d}"
+
+
 def all_runs(reference_cells):
     runs = {}
+    for model in ("reduced", "full"):
+        for halving in HALVINGS:
+            dt = common.constant_step(TIME_CELLS) * 2.0**-halving
+            runs[halved_name(model, halving)] = {"cells": TIME_CELLS, "model": model, "scheme": "incremental", "step": "fixed",
+                                                 "dt": repr(dt), "snapshots": common.DURATION}
     for options, reference_series in SERIES.values():
         runs |= {run_name(options, cells): constant_steps(options, cells) for cells in GRIDS}
         options = SERIES[reference_series][0]
@@ -77,6 +90,30 @@ def slopes(errors, reference_cells):
     return {field: (common.slope(h, e), common.corrected_slope(h, e, h_reference)[0]) for field, e in series.items()}
 
 
+def orders_without_reference(folders):
+    """Rows: series, and for every field the p with which the grids' distances to the finest of them, C (h^p - h_finest^p), agree."""
+    rows = []
+    for series, (options, _) in SERIES.items():
+        *coarse, finest = (folders[run_name(options, cells)] for cells in GRIDS)
+        errors = [errors_of(folder, common.load(finest))[0] for folder in coarse]
+        h = [2 / cells for cells in GRIDS]
+        rows.append([series, *(f"{common.corrected_slope(h[:-1], [e[f] for e in errors], h[-1])[0]:.2f}" for f in LABELS)])
+    return rows
+
+
+def orders_in_time(folders):
+    """Rows: model, dt/t_s, change of every field from dt to dt/2, and log2 of its ratio to the next."""
+    rows = []
+    for model in ("reduced", "full"):
+        runs = [common.load(folders[halved_name(model, halving)]) for halving in HALVINGS]
+        changes = [common.norms(a - b) for a, b in zip(runs, runs[1:])]
+        for halving, change, following in zip(HALVINGS, changes, [*changes[1:], None]):
+            orders = [f"{np.log2(change[f] / following[f]):.2f}" if following else "" for f in FIELDS]
+            step = common.constant_step(TIME_CELLS) / common.TIME * 2.0**-halving
+            rows.append([model, f"{step:g}", *(f"{change[f]:.2e}" for f in FIELDS), *orders])
+    return rows
+
+
 def interpolation_check(folders, reference_cells):
     """Rows: model, and for every field the bound of interpolation_errors and the change from a lower degree."""
     rows = []
@@ -101,8 +138,9 @@ def draw(result, reference_cells, path):
         axis.set(title=series, xlabel="N")
         axis.set_xticks(GRIDS, [str(n) for n in GRIDS])
         axis.minorticks_off()
-        axis.legend(fontsize=8, title="slope (corrected for the reference)", title_fontsize=8)
+        axis.legend(loc="upper right", fontsize=8, title="slope (corrected for the reference)", title_fontsize=8)
     axes[0].set_ylabel(f"error against N = {reference_cells}")
+    axes[0].set_ylim(top=8 * axes[0].get_ylim()[1])  # room for the legends
     figure.savefig(path, dpi=110)
     plt.close(figure)
 
@@ -121,6 +159,12 @@ def report(result, folders, reference_cells):
         rows.append(["slope", *(f"{order[field][0]:.2f}" for field in LABELS), ""])
         rows.append(["corrected", *(f"{order[field][1]:.2f}" for field in LABELS), ""])
         text.append(f"## {series}\n\n" + common.markdown_table(["N", "v", "sigma", "chi", "v centred", "lag of v"], rows))
+    text.append("## Orders from the three grids alone\n\n"
+                f"Distances to the run on {GRIDS[-1]} cells instead of the reference, the same correction: two equations for p and "
+                "C.\n\n" + common.markdown_table(["", *LABELS], orders_without_reference(folders)))
+    text.append(f"## Order in time alone\n\nN = {TIME_CELLS}; change of the final fields when the step is halved, and the order "
+                f"from one change to the next. The step of the other tables would be {1e4 / TIME_CELLS:g} t_s.\n\n"
+                + common.markdown_table(["model", "dt/t_s", *FIELDS, *(f"order of {f}" for f in FIELDS)], orders_in_time(folders)))
     text.append("## Interpolation of the reference\n\n"
                 f"Fourier in x, polynomials of degree {common.DEGREE} in y. Change: against degree {common.DEGREE - 2}, on the grid "
                 "of the errors. Bound: the reference thinned to every third point, interpolated back, minus itself.\n\n"
