@@ -151,7 +151,7 @@ def draw_histories(folders, path):
 def draw_errors(result, path):
     """Fig. 5: errors against the number of steps."""
     labels = {"v": r"$E_v/U$", "sigma": r"$E_\sigma/s_Y$", "chi": r"$E_\chi/\chi_\infty$"}
-    figure, axes = plt.subplots(1, 3, figsize=(13, 4.5), layout="constrained")
+    figure, (*axes, space) = plt.subplots(1, 4, figsize=(14, 4.2), width_ratios=(1, 1, 1, 0.55), layout="constrained")
     for axis, field in zip(axes, FIELDS):
         def line(meaning, bound, style, label):
             rows = [result[meaning, bound, cells] for cells in GRIDS]
@@ -161,8 +161,8 @@ def draw_errors(result, path):
             for bound, style in zip(BOUNDS, ("o-", "v:")):
                 line(meaning, bound, colour + style, f"{label}, {BOUNDS[bound].replace('<=', '≤').replace('t_s', '$t_s$')}")
         axis.set(title=labels[field], xlabel="steps")
-        axis.set_ylim(top=20 * axis.get_ylim()[1])  # room for the legend
-    axes[0].legend(loc="upper right", fontsize=7)
+    space.axis("off")
+    space.legend(*axes[0].get_legend_handles_labels(), loc="center left", fontsize=8)
     figure.savefig(path, dpi=100)
     plt.close(figure)
 
