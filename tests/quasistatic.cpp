@@ -90,7 +90,7 @@ double order(double coarse, double fine) { return std::log2(coarse / fine); }
 } // namespace
 
 TEST_SUITE("quasistatic") {
-    TEST_CASE("elastic shear: tau = mu gamma without spin") {
+    TEST_CASE_FIXTURE(fields::OneThread, "elastic shear: tau = mu gamma without spin") {
         const Grid grid{9, 6, 1.0, 3.0};
         const Scene scene = fields::scene_on(grid, Model::reduced, {U, 0.0}, elastic());
         for (const Predictor predictor : predictors) {
@@ -106,7 +106,7 @@ TEST_SUITE("quasistatic") {
         }
     }
 
-    TEST_CASE("elastic shear with the Jaumann rate: tau = mu sin gamma, s = mu (1 - cos gamma)") {
+    TEST_CASE_FIXTURE(fields::OneThread, "elastic shear with the Jaumann rate: tau = mu sin gamma, s = mu (1 - cos gamma)") {
         const Grid grid{5, 4, 2.0, 2.0};
         const double gamma = 1.2, T = 100.0;
         const Scene scene = fields::scene_on(grid, Model::full, {gamma / T, 0.0}, elastic());
@@ -127,7 +127,7 @@ TEST_SUITE("quasistatic") {
         }
     }
 
-    TEST_CASE("opening walls: the stress of uniaxial strain") {
+    TEST_CASE_FIXTURE(fields::OneThread, "opening walls: the stress of uniaxial strain") {
         const Grid grid{6, 8, 2.0, 0.5};
         const double V = -3e-8, T = 2e4;
         for (const Model model : models)
@@ -145,7 +145,7 @@ TEST_SUITE("quasistatic") {
             }
     }
 
-    TEST_CASE("a homogeneous body stays homogeneous and follows the equations of one point") {
+    TEST_CASE_FIXTURE(fields::OneThread, "a homogeneous body stays homogeneous and follows the equations of one point") {
         const Grid grid{11, 6, 2.0, 2.0};
         const double chi = 700.0 / 21000.0, T = 8e4;
         for (const Model model : models) {
@@ -202,7 +202,7 @@ TEST_SUITE("quasistatic") {
         }
     }
 
-    TEST_CASE("reflected and rotated problems give the reflected and rotated answers") {
+    TEST_CASE_FIXTURE(fields::OneThread, "reflected and rotated problems give the reflected and rotated answers") {
         for (const Model model : models)
             for (const Predictor predictor : predictors)
                 for (const Grid& grid : {Grid{14, 12, 2.0, 2.0}, Grid{19, 9, 3.0, 2.0}}) {
@@ -226,7 +226,7 @@ TEST_SUITE("quasistatic") {
                 }
     }
 
-    TEST_CASE("a closed elastic cycle returns to zero stress without spin") {
+    TEST_CASE_FIXTURE(fields::OneThread, "a closed elastic cycle returns to zero stress without spin") {
         const Grid grid{8, 7, 2.0, 2.0};
         const double T = 3e4;
         Scene scene = fields::scene_on(grid, Model::reduced, {});
@@ -260,7 +260,7 @@ TEST_SUITE("quasistatic") {
         }
     }
 
-    TEST_CASE("wall history: mean, kinks, jumps and displacement against quadrature") {
+    TEST_CASE_FIXTURE(fields::OneThread, "wall history: mean, kinks, jumps and displacement against quadrature") {
         const std::vector<WallKnot> knots{{-0.5, {0.3, 0.0}}, {0.4, {1.0, -1.0}}, {1.0, {1.0, 2.0}}, {1.0, {-2.0, 0.5}},
                                           {1.7, {0.5, 0.5}},  {2.5, {0.5, 0.5}},  {2.5, {0.0, -3.0}}};
         const WallHistory walls(knots);
@@ -322,7 +322,7 @@ TEST_SUITE("quasistatic") {
         }
     }
 
-    TEST_CASE("jumps of the wall velocity: displacement and stress follow the mean of each step") {
+    TEST_CASE_FIXTURE(fields::OneThread, "jumps of the wall velocity: displacement and stress follow the mean of each step") {
         const Grid grid{6, 5, 2.0, 2.0};
         Scene scene = fields::scene_on(grid, Model::reduced, {}, elastic());
         scene.walls = WallHistory({{0.0, {0.0, 0.0}}, {10.0, {1e-3, 0.0}}, {10.0, {-2e-3, 5e-4}}, {25.0, {3e-3, 0.0}}});
@@ -337,7 +337,7 @@ TEST_SUITE("quasistatic") {
         }
     }
 
-    TEST_CASE("steps land exactly on targets") {
+    TEST_CASE_FIXTURE(fields::OneThread, "steps land exactly on targets") {
         const Grid grid{8, 8, 2.0, 2.0};
         for (const double dt : {0.1, 1.0 / 3.0, 0.7, 5.0}) {
             const StepControl control(grid, dt, {});
@@ -368,7 +368,7 @@ TEST_SUITE("quasistatic") {
         CHECK(control.next(0.0, 9.0).limit == StepLimit::fixed);
     }
 
-    TEST_CASE("adaptive steps follow Eq. (56)") {
+    TEST_CASE_FIXTURE(fields::OneThread, "adaptive steps follow Eq. (56)") {
         const Grid grid{20, 10, 2.0, 3.0};
         const double h2 = grid.dx() * grid.dy();
         const AdaptiveStepOptions o{.tolerance = 0.002,
@@ -431,7 +431,7 @@ TEST_SUITE("quasistatic") {
         }
     }
 
-    TEST_CASE("stress is in equilibrium after every step, and Q* is what the stepper reports") {
+    TEST_CASE_FIXTURE(fields::OneThread, "stress is in equilibrium after every step, and Q* is what the stepper reports") {
         const Grid grid{17, 12, 2.0, 2.0};
         for (const Model model : models)
             for (const Predictor predictor : predictors) {
@@ -461,7 +461,7 @@ TEST_SUITE("quasistatic") {
             }
     }
 
-    TEST_CASE("observables are those of a plain sum") {
+    TEST_CASE_FIXTURE(fields::OneThread, "observables are those of a plain sum") {
         const Grid grid{13, 5, 2.0, 2.0};
         const Scene scene = fields::scene_on(grid, Model::full, {U, 0.0});
         std::mt19937 engine(3);
@@ -491,8 +491,7 @@ TEST_SUITE("quasistatic") {
         CHECK(o.plastic_fraction == doctest::Approx(plastic).epsilon(1e-12));
     }
 
-    TEST_CASE("the number of threads changes no bit of a run") {
-        const int before = thread_count();
+    TEST_CASE_FIXTURE(fields::OneThread, "the number of threads changes no bit of a run") {
         const Grid grid{19, 14, 2.0, 2.0};
         for (const Predictor predictor : predictors) {
             const Scene scene = fields::scene_on(grid, Model::full, {U, 0.0});
@@ -504,10 +503,9 @@ TEST_SUITE("quasistatic") {
                 CHECK(fields::same_bits(fields::run(scene, predictor, start, 14e4, 40), expected));
             }
         }
-        set_thread_count(before);
     }
 
-    TEST_CASE("going on from a copy of the state is going on, to the last bit") {
+    TEST_CASE_FIXTURE(fields::OneThread, "going on from a copy of the state is going on, to the last bit") {
         const Grid grid{19, 14, 2.0, 2.0};
         for (const Model model : models)
             for (const Predictor predictor : predictors) {
@@ -529,7 +527,9 @@ TEST_SUITE("quasistatic") {
             }
     }
 
-    TEST_CASE("temporal order on a fixed grid, reduced model: two, and one for the first-order schemes, to the same answer") {
+    TEST_CASE_FIXTURE(
+        fields::OneThread,
+        "temporal order on a fixed grid, reduced model: two, and one for the first-order schemes, to the same answer") {
         // From the state a little after yield, which all steps share: the corner at yield is another matter (below).
         const Grid grid{16, 16, 2.0, 2.0};
         const Scene scene = fields::scene_on(grid, Model::reduced, {U, 0.0});
@@ -561,7 +561,7 @@ TEST_SUITE("quasistatic") {
         }
     }
 
-    TEST_CASE("temporal order through yield, reduced model: about two") {
+    TEST_CASE_FIXTURE(fields::OneThread, "temporal order through yield, reduced model: about two") {
         const Grid grid{32, 32, 2.0, 2.0};
         const Scene scene = fields::scene_on(grid, Model::reduced, {U, 0.0});
         const State start = at_rest(scene, paper_pattern);
@@ -581,7 +581,7 @@ TEST_SUITE("quasistatic") {
             CHECK(0.5 * order(first[k] * 16.0 / 15.9375, last[k] * 16.0 / 15.0) == doctest::Approx(2.0).epsilon(0.15));
     }
 
-    TEST_CASE("full model: the first-order schemes and the incremental one approach each other") {
+    TEST_CASE_FIXTURE(fields::OneThread, "full model: the first-order schemes and the incremental one approach each other") {
         const Grid grid{14, 12, 2.0, 2.0};
         const Scene scene = fields::scene_on(grid, Model::full, {U, 0.0});
         const State start = at_rest(scene, rough);
@@ -599,7 +599,7 @@ TEST_SUITE("quasistatic") {
         }
     }
 
-    TEST_CASE("a step that ends in nonsense is reported with step, time and advice") {
+    TEST_CASE_FIXTURE(fields::OneThread, "a step that ends in nonsense is reported with step, time and advice") {
         const Grid grid{8, 8, 2.0, 2.0};
         const Scene scene = fields::scene_on(grid, Model::full, {U, 0.0});
         State start = at_rest(scene, 0.03);
@@ -618,7 +618,7 @@ TEST_SUITE("quasistatic") {
         }
     }
 
-    TEST_CASE("the initial field of App. C") {
+    TEST_CASE_FIXTURE(fields::OneThread, "the initial field of App. C") {
         const Grid fine{400, 400, 2.0, 2.0};
         const Field chi = initial_internal(fine, PaperPattern{}, 1.0);
         double low = 1e9, high = 0.0;
@@ -650,7 +650,7 @@ TEST_SUITE("quasistatic") {
               doctest::Approx(600.0 + (literal(-1.0 + 7.5 / 24.0, -1.0 + 11.5 / 15.0) - 640.0) / 1.8).epsilon(1e-12));
     }
 
-    TEST_CASE("other initial fields: values, periodicity, bad parameters") {
+    TEST_CASE_FIXTURE(fields::OneThread, "other initial fields: values, periodicity, bad parameters") {
         const Grid grid{40, 30, 2.0, 2.0};
         const Field inclusion = initial_internal(grid, GaussianInclusion{600.0, 90.0, 0.95, -0.3, 0.15}, 1.0);
         for (const auto& [i, j] : {std::pair{39, 10}, {0, 10}, {20, 3}, {1, 12}}) {
@@ -678,7 +678,7 @@ TEST_SUITE("quasistatic") {
             rejects(RandomField{640.0, 20.0, length, 1}, "correlation length");
     }
 
-    TEST_CASE("the random field is the same on every grid and has its nominal statistics") {
+    TEST_CASE_FIXTURE(fields::OneThread, "the random field is the same on every grid and has its nominal statistics") {
         const RandomField random{.mean = 640.0, .deviation = 20.0, .correlation_length = 0.15, .seed = 3};
         const Field coarse = initial_internal({30, 20, 2.0, 2.0}, random, 1.0),
                     fine = initial_internal({90, 60, 2.0, 2.0}, random, 1.0);
