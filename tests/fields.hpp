@@ -1,4 +1,5 @@
 #pragma once
+#include <ductile/base/threads.hpp>
 #include <ductile/equilibrium/solver.hpp>
 #include <ductile/quasistatic/projection_stepper.hpp>
 
@@ -16,6 +17,17 @@ namespace fields {
 
 using namespace ductile;
 using namespace ductile::quasistatic;
+
+/// Test cases on small grids run on one thread: a team that waits at barriers on a busy machine takes ten times longer. Those
+/// about threads set their own number.
+struct OneThread {
+    OneThread() { set_thread_count(1); }
+    ~OneThread() { set_thread_count(threads_before); }
+    OneThread(const OneThread&) = delete;
+    OneThread& operator=(const OneThread&) = delete;
+
+    int threads_before = thread_count();
+};
 
 /// Elasticity and plasticity of the paper in units of the yield stress, Tables 1 and A.3.
 inline const IsotropicElasticity metallic_glass{.bulk_modulus = 122.0 / 0.85, .shear_modulus = 37.4 / 0.85};

@@ -221,7 +221,7 @@ constexpr double dt = 300.0;
 } // namespace
 
 TEST_SUITE("predictor") {
-    TEST_CASE("every predictor and model agrees with a literal evaluation of the equations") {
+    TEST_CASE_FIXTURE(fields::OneThread, "every predictor and model agrees with a literal evaluation of the equations") {
         int elastic = 0, plastic = 0;
         long long accepted = 0, rejected = 0;
         for (const Law& law : {stz_law, perzyna_law})
@@ -269,7 +269,7 @@ TEST_SUITE("predictor") {
         CHECK(rejected > 100);
     }
 
-    TEST_CASE("a field without stress or motion stays so") {
+    TEST_CASE_FIXTURE(fields::OneThread, "a field without stress or motion stays so") {
         const Grid grid{9, 6, 2.0, 2.0};
         for (const Model model : {Model::reduced, Model::full})
             for (const Predictor predictor : predictors) {
@@ -289,8 +289,7 @@ TEST_SUITE("predictor") {
             }
     }
 
-    TEST_CASE("the number of threads changes no bit") {
-        const int before = thread_count();
+    TEST_CASE_FIXTURE(fields::OneThread, "the number of threads changes no bit") {
         for (const Model model : {Model::reduced, Model::full})
             for (const Predictor predictor : predictors)
                 for (const Grid& grid : grids) {
@@ -317,10 +316,9 @@ TEST_SUITE("predictor") {
                         CHECK(others.rejected == counts.rejected);
                     }
                 }
-        set_thread_count(before);
     }
 
-    TEST_CASE("a cell's result does not depend on whether its neighbours in the batch flow") {
+    TEST_CASE_FIXTURE(fields::OneThread, "a cell's result does not depend on whether its neighbours in the batch flow") {
         const Grid grid{2 * pack_size + 3, 4, 2.0, 2.0};
         // without transport a cell knows nothing of its neighbours
         for (const Predictor predictor : predictors) {
@@ -357,7 +355,7 @@ TEST_SUITE("predictor") {
         }
     }
 
-    TEST_CASE("a cell that cannot be integrated is reported") {
+    TEST_CASE_FIXTURE(fields::OneThread, "a cell that cannot be integrated is reported") {
         const Grid grid{9, 5, 2.0, 2.0};
         for (const Predictor predictor : {Predictor::substepped, Predictor::incremental}) {
             const Scene scene = fields::scene_on(grid, Model::reduced, {2e-7, 0.0});

@@ -125,7 +125,7 @@ double literal_residual(const Scene& scene, const StressField& stress) {
 } // namespace
 
 TEST_SUITE("projection") {
-    TEST_CASE("the exact operator leaves no residual, the fully integrated one does") {
+    TEST_CASE_FIXTURE(fields::OneThread, "the exact operator leaves no residual, the fully integrated one does") {
         for (const Grid& grid : grids)
             for (const double dt : {1.0, 0.01, 300.0}) {
                 const Scene scene = fields::scene_on(grid, Model::full, {1e-7, 0.0});
@@ -152,7 +152,7 @@ TEST_SUITE("projection") {
             }
     }
 
-    TEST_CASE("the correction is C : D of a velocity that vanishes at the walls") {
+    TEST_CASE_FIXTURE(fields::OneThread, "the correction is C : D of a velocity that vanishes at the walls") {
         for (const Grid& grid : grids) {
             const Scene scene = fields::scene_on(grid, Model::full, {1e-7, 0.0});
             const double dt = 0.3, K = scene.elasticity.bulk_modulus, mu = scene.elasticity.shear_modulus;
@@ -185,7 +185,7 @@ TEST_SUITE("projection") {
         }
     }
 
-    TEST_CASE("projecting twice is projecting once") {
+    TEST_CASE_FIXTURE(fields::OneThread, "projecting twice is projecting once") {
         for (const Grid& grid : grids) {
             const Scene scene = fields::scene_on(grid, Model::full, {1e-7, 0.0});
             const auto solver = fields::solver_for(scene);
@@ -199,7 +199,7 @@ TEST_SUITE("projection") {
         }
     }
 
-    TEST_CASE("the projection is orthogonal in the elastic energy, Eq. (19)") {
+    TEST_CASE_FIXTURE(fields::OneThread, "the projection is orthogonal in the elastic energy, Eq. (19)") {
         for (const Grid& grid : grids) {
             const Scene scene = fields::scene_on(grid, Model::full, {1e-7, 0.0});
             const auto solver = fields::solver_for(scene);
@@ -219,7 +219,8 @@ TEST_SUITE("projection") {
         }
     }
 
-    TEST_CASE("Q* is the energy of the correction, and the paper's measure but for a constant factor") {
+    TEST_CASE_FIXTURE(fields::OneThread,
+                      "Q* is the energy of the correction, and the paper's measure but for a constant factor") {
         for (const Grid& grid : grids) {
             const Scene scene = fields::scene_on(grid, Model::full, {1e-7, 0.0});
             const CellState start = random_cells(grid, 6);
@@ -241,7 +242,7 @@ TEST_SUITE("projection") {
         }
     }
 
-    TEST_CASE("moving walls add a uniform stress rate to first-order schemes") {
+    TEST_CASE_FIXTURE(fields::OneThread, "moving walls add a uniform stress rate to first-order schemes") {
         const Grid grid{13, 7, 2.0, 1.0};
         const Scene scene = fields::scene_on(grid, Model::full, {1e-7, 0.0});
         const auto solver = fields::solver_for(scene);
@@ -266,7 +267,7 @@ TEST_SUITE("projection") {
             }
     }
 
-    TEST_CASE("patch test: an affine velocity field gives a uniform stress through whole steps") {
+    TEST_CASE_FIXTURE(fields::OneThread, "patch test: an affine velocity field gives a uniform stress through whole steps") {
         for (const Grid& grid : grids)
             for (const Model model : {Model::reduced, Model::full})
                 for (const Predictor predictor : {Predictor::euler, Predictor::substepped, Predictor::incremental}) {
@@ -292,7 +293,7 @@ TEST_SUITE("projection") {
                 }
     }
 
-    TEST_CASE("an elastic step finds the affine field whatever velocity it starts from") {
+    TEST_CASE_FIXTURE(fields::OneThread, "an elastic step finds the affine field whatever velocity it starts from") {
         // sigma = 0 and elastic: with C : D(q) of a wild q the projection must take back what q put in.
         for (const Grid& grid : grids) {
             const WallVelocity walls{3e-5, 1e-5};
@@ -322,7 +323,7 @@ TEST_SUITE("projection") {
         }
     }
 
-    TEST_CASE("a stress that is not finite is refused") {
+    TEST_CASE_FIXTURE(fields::OneThread, "a stress that is not finite is refused") {
         const Grid grid{13, 7, 2.0, 1.0};
         const Scene scene = fields::scene_on(grid, Model::full, {1e-7, 0.0});
         CellState cells = random_cells(grid, 9);

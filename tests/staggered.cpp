@@ -46,7 +46,7 @@ const std::vector<Grid> grids{Grid{4, 4, 1.0, 7.0},  Grid{5, 9, 3.0, 1.0},  Grid
 } // namespace
 
 TEST_SUITE("staggered") {
-    TEST_CASE("gradients of affine fields are exact") {
+    TEST_CASE_FIXTURE(fields::OneThread, "gradients of affine fields are exact") {
         for (const Grid& grid : grids) {
             VectorField w = fields::corners(grid);
             for (int j = 0; j <= grid.cells_y; ++j) // not periodic: the images are written too
@@ -69,7 +69,7 @@ TEST_SUITE("staggered") {
         }
     }
 
-    TEST_CASE("gradients are Eq. (2), periodic in x") {
+    TEST_CASE_FIXTURE(fields::OneThread, "gradients are Eq. (2), periodic in x") {
         std::mt19937 engine(1);
         for (const Grid& grid : grids) {
             VectorField w = fields::corners(grid);
@@ -87,7 +87,7 @@ TEST_SUITE("staggered") {
         }
     }
 
-    TEST_CASE("elastic rates are C_ijkl D_kl in plane strain") {
+    TEST_CASE_FIXTURE(fields::OneThread, "elastic rates are C_ijkl D_kl in plane strain") {
         const IsotropicElasticity c{.bulk_modulus = 1.9, .shear_modulus = 0.8};
         const double lambda = c.bulk_modulus - 2.0 / 3.0 * c.shear_modulus, mu = c.shear_modulus;
         std::mt19937 engine(2);
@@ -116,7 +116,7 @@ TEST_SUITE("staggered") {
         }
     }
 
-    TEST_CASE("nodal forces are (S.14), (S.15)") {
+    TEST_CASE_FIXTURE(fields::OneThread, "nodal forces are (S.14), (S.15)") {
         std::mt19937 engine(3);
         for (const Grid& grid : grids) {
             const StressField stress = random_stress(grid, engine);
@@ -157,7 +157,7 @@ TEST_SUITE("staggered") {
         }
     }
 
-    TEST_CASE("the two operators are transposes of each other") {
+    TEST_CASE_FIXTURE(fields::OneThread, "the two operators are transposes of each other") {
         std::mt19937 engine(4);
         for (const Grid& grid : grids) {
             const StressField stress = random_stress(grid, engine);
@@ -187,9 +187,8 @@ TEST_SUITE("staggered") {
         }
     }
 
-    TEST_CASE("nodal forces do not depend on the number of threads") {
+    TEST_CASE_FIXTURE(fields::OneThread, "nodal forces do not depend on the number of threads") {
         std::mt19937 engine(5);
-        const int before = thread_count();
         const Grid grid{37, 11, 5.0, 0.2};
         const StressField stress = random_stress(grid, engine);
         VectorField expected = fields::corners(grid);
@@ -202,6 +201,5 @@ TEST_SUITE("staggered") {
             CHECK(fields::same_bits(force.u, expected.u));
             CHECK(fields::same_bits(force.v, expected.v));
         }
-        set_thread_count(before);
     }
 }
