@@ -61,9 +61,19 @@ def command(program, options):
     return [str(program)] + [f"--{name}={value}" for name, value in options.items()]
 
 
+def canonical(value):
+    """One form for what TOML and JSON write differently: numbers in quotes, lists of one element, cells as N or "N"."""
+    if isinstance(value, list):
+        return canonical(value[0]) if len(value) == 1 else [canonical(element) for element in value]
+    try:
+        return float(value)
+    except ValueError:
+        return value
+
+
 def decisive(parameters):
-    """The options that decide the result; a number of cells may be written as a number or as MxN."""
-    return {name: str(value) if name == "cells" else value for name, value in parameters.items() if name not in BOOKKEEPING}
+    """The options that decide the result."""
+    return {name: canonical(value) for name, value in parameters.items() if name not in BOOKKEEPING}
 
 
 def summary(folder):

@@ -125,7 +125,7 @@ RateReport MethodOfLines::evaluate(CellState& cells, const WallVelocity& wall, V
         if (!transported || report.solves >= passes_.largest)
             return report;
         if (report.solves > 1 && previous_change > 0.0)
-            contraction = std::clamp(report.velocity_change / previous_change, 1e-4, 1.0);
+            contraction = std::max(contraction, report.velocity_change / previous_change);
         // the transport in f still sees the velocity before this pass: its error is about contraction * change
         if (contraction * report.velocity_change < passes_.tolerance)
             return report;

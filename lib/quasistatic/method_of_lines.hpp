@@ -8,7 +8,7 @@ namespace ductile::quasistatic {
 struct PassOptions {
     int largest = 4;           ///< at most so many elliptic solves a right-hand side
     double tolerance = 1e-6;   ///< error of v/U that is accepted, estimated from the contraction
-    double contraction = 0.03; ///< factor by which a pass is taken to reduce the error of v until two passes have measured it
+    double contraction = 0.03; ///< factor by which a pass reduces the error of v, unless the passes show a larger one
 };
 
 /// What one right-hand side cost and found.

@@ -1,0 +1,275 @@
+#include "fields.hpp"
+#include <ductile/base/error.hpp>
+#include <ductile/quasistatic/index_reduced.hpp>
+#include <ductile/quasistatic/initial.hpp>
+#include <ductile/quasistatic/step_control.hpp>
+
+#include <cmath>
+#include <doctest/doctest.h>
+#include <vector>
+
+using namespace ductile;
+using namespace ductile::quasistatic;
+
+namespace {
+
+constexpr double mu = 37.4 / 0.85, U = 2e-7;
+constexpr Scheme schemes[] = {Scheme::ralston, Scheme::bogacki_shampine, Scheme::dormand_prince, Scheme::chebyshev};
+
+std::unique_ptr<TimeStepper> stepper_for(Scheme scheme, const Scene& scene, const State& start, const PassOptions& passes = {}) {
+    if (scheme == Scheme::chebyshev)
+        return make_runge_kutta_chebyshev(scene, fields::solver_for(scene), passes, start);
+    return make_runge_kutta(scheme, scene, fields::solver_for(scene), passes, start);
+}
+
+State at_rest(const Scene& scene) {
+    const RandomField rough{.mean = 0.033, .deviation = 0.0015, .correlation_length = 0.25, .seed = 5};
+    return initial_state(scene, initial_internal(scene.grid, rough, 0.0));
+}
+
+/// A state that flows plastically everywhere and stays so: smooth in time, without the corner at yield.
+State flowing(const Scene& scene) {
+    State state = at_rest(scene);
+    for (int j = 0; j < scene.grid.cells_y; ++j)
+        for (int i = 0; i < scene.grid.cells_x; ++i)
+            state.cells.stress.tau(i, j) = 1.1;
+    fields::wrap(state.cells.stress.tau);
+    return state;
+}
+
+State run(Scheme scheme, const Scene& scene, const State& start, double duration, int steps, const PassOptions& passes = {}) {
+    const auto stepper = stepper_for(scheme, scene, start, passes);
+    const double dt = duration / steps;
+    for (int n = 1; n <= steps; ++n)
+        fields::advance(*stepper, dt, start.time + n * dt);
+    return stepper->state();
+}
+
+struct Distance {
+    double stress = 0.0, internal = 0.0, velocity = 0.0;
+};
+Distance distance(const State& a, const State& b) {
+    Distance d;
+    const auto fa = fields::fields_of(a), fb = fields::fields_of(b);
+    for (std::size_t k = 0; k < fa.size(); ++k) {
+        double& target = k < 4 ? d.stress : k == 4 ? d.internal : d.velocity;
+        target = std::max(target, fields::distance(*fa[k], *fb[k]) / (k > 4 ? U : 1.0));
+    }
+    return d;
+}
+
+} // namespace
+
+TEST_SUITE("index_reduced") {
+    TEST_CASE_FIXTURE(fields::OneThread,
+                      "forward Euler on the method of lines is the first-order projection with Euler plasticity") {
+        const Grid grid{17, 12, 2.0, 2.2};
+        for (const Model model : {Model::reduced, Model::full}) {
+            const Scene scene = fields::scene_on(grid, model, {U, 0.4 * U});
+            // an equilibrated, plastic state with a velocity of its own
+            const State start = fields::run(scene, Predictor::incremental, flowing(scene), 3000.0, 30);
+            const double dt = 50.0;
+            const State projected = fields::run(scene, Predictor::euler, start, start.time + dt, 1);
+
+            State state = start;
+            CellState rate(grid), end(grid);
+            const auto solver = fields::solver_for(scene);
+            MethodOfLines lines(scene, *solver,
+                                {.largest = 1}); // one pass: spin and advection by v_n, as the projection has them
+            lines.evaluate(state.cells, scene.walls.after(0.0), state.velocity, rate);
+            CHECK(lines.solves() == 1);
+            const std::array terms{Term{&start.cells, 1.0}};
+            combine(scene, terms, {&rate, &state.velocity, dt}, end);
+            state.cells = end;
+            const Distance d = distance(state, projected);
+            CHECK(d.stress < 1e-13);
+            CHECK(d.internal < 1e-15);
+            CHECK(d.velocity < 1e-9); // the projection divides a difference of stresses by dt
+            CHECK(distance(state, start).stress > 1e-4);
+        }
+    }
+
+    TEST_CASE_FIXTURE(fields::OneThread, "the velocity passes contract, and stop when the contraction says so") {
+        const Scene scene = fields::scene_on({16, 12, 2.0, 2.0}, Model::full, {U, 0.0});
+        const State start = fields::run(scene, Predictor::incremental, flowing(scene), 5000.0, 20);
+        const auto velocity_after = [&](const PassOptions& passes, RateReport& report) {
+            State state = start;
+            add_affine_velocity(scene.grid, {0.1 * U, 0.05 * U}, state.velocity); // a poor guess
+            CellState rate(scene.grid);
+            const auto solver = fields::solver_for(scene);
+            report = MethodOfLines(scene, *solver, passes).evaluate(state.cells, scene.walls.after(0.0), state.velocity, rate);
+            return state;
+        };
+        RateReport report;
+        const State exact = velocity_after({.largest = 12, .tolerance = 1e-300}, report);
+        CHECK(report.solves == 12);
+        double previous = 0.0;
+        for (int passes = 1; passes <= 4; ++passes) {
+            const double error = distance(velocity_after({.largest = passes, .tolerance = 1e-300}, report), exact).velocity;
+            if (passes > 1)
+                CHECK(error < 0.08 * previous);
+            previous = error;
+        }
+        for (const double tolerance : {1e-3, 1e-6, 1e-9}) {
+            const State state = velocity_after({.largest = 12, .tolerance = tolerance}, report);
+            CHECK(report.solves > 1);
+            CHECK(report.solves < 9);
+            CHECK(distance(state, exact).velocity < tolerance);
+        }
+    }
+
+    TEST_CASE_FIXTURE(fields::OneThread, "the schemes have their design order in stress and internal variable") {
+        const Scene scene = fields::scene_on({8, 6, 2.0, 2.0}, Model::reduced, {U, 0.0});
+        const State start = flowing(scene);
+        const double duration = 8000.0;
+        const State exact = run(Scheme::dormand_prince, scene, start, duration, 640);
+        for (const auto& [scheme, order, steps] : {std::tuple{Scheme::ralston, 2, 64},
+                                                   {Scheme::bogacki_shampine, 3, 64},
+                                                   {Scheme::dormand_prince, 5, 4},
+                                                   {Scheme::chebyshev, 2, 64}}) {
+            const Distance coarse = distance(run(scheme, scene, start, duration, steps), exact);
+            const Distance fine = distance(run(scheme, scene, start, duration, 2 * steps), exact);
+            CAPTURE(static_cast<int>(scheme));
+            CHECK(fine.stress > 1e-13); // above round-off
+            CHECK(std::abs(std::log2(coarse.stress / fine.stress) - order) < 0.35);
+            CHECK(std::abs(std::log2(coarse.internal / fine.internal) - order) < 0.35);
+            CHECK(std::log2(coarse.velocity / fine.velocity) > order - 0.35);
+        }
+    }
+
+    TEST_CASE_FIXTURE(fields::OneThread, "in the full model the schemes converge to one answer, with all terms at their order") {
+        const Scene scene = fields::scene_on({12, 10, 2.0, 2.0}, Model::full, {U, 0.0});
+        const State start = flowing(scene);
+        const PassOptions tight{.largest = 10, .tolerance = 1e-12};
+        const State exact = run(Scheme::dormand_prince, scene, start, 4000.0, 400, tight);
+        for (const Scheme scheme : {Scheme::ralston, Scheme::chebyshev}) {
+            const Distance coarse = distance(run(scheme, scene, start, 4000.0, 40, tight), exact);
+            const Distance fine = distance(run(scheme, scene, start, 4000.0, 80, tight), exact);
+            CHECK(std::abs(std::log2(coarse.stress / fine.stress) - 2.0) < 0.35);
+            CHECK(fine.stress < 1e-5);
+            CHECK(fine.internal < 1e-6);
+        }
+    }
+
+    TEST_CASE_FIXTURE(fields::OneThread, "stress stays in equilibrium to round-off through yield and localisation") {
+        const Scene scene = fields::scene_on({24, 18, 2.0, 2.0}, Model::full, {U, 0.0});
+        for (const Scheme scheme : schemes) {
+            const auto stepper = stepper_for(scheme, scene, at_rest(scene));
+            StepControl control(scene.grid, ErrorSteps{.tolerance = 1e-4, .order = 3});
+            double worst = 0.0;
+            int rejected = 0;
+            while (stepper->state().time < 3e5) {
+                const double now = stepper->state().time;
+                const auto planned = control.next(now, 3e5);
+                const auto step = StepControl::shortened(planned, now, stepper->limit_step(planned.dt));
+                bool accepted = false;
+                try {
+                    accepted = control.judge(step, stepper->attempt(step.dt, step.end));
+                } catch (const RunError&) {
+                    REQUIRE(control.retry_shorter(step));
+                }
+                if (!accepted) {
+                    REQUIRE(++rejected < 100);
+                    continue;
+                }
+                stepper->accept();
+                worst = std::max(worst, equilibrium_residual(scene, stepper->state().cells));
+            }
+            CHECK(worst < 1e-12);
+            CHECK(stepper->state().time == 3e5);
+            CHECK(stepper->state().step < 400);
+            CHECK(observe(scene, stepper->state().cells).plastic_fraction > 0.5);
+        }
+    }
+
+    TEST_CASE_FIXTURE(fields::OneThread, "a rejected attempt leaves no trace") {
+        const Scene scene = fields::scene_on({12, 9, 2.0, 2.0}, Model::full, {U, 0.0});
+        for (const Scheme scheme : schemes) {
+            const auto plain = stepper_for(scheme, scene, flowing(scene)), disturbed = stepper_for(scheme, scene, flowing(scene));
+            for (int n = 1; n <= 4; ++n) {
+                fields::advance(*plain, 100.0, 100.0 * n);
+                (void)disturbed->limit_step(100.0); // finds the velocity of the initial state
+                const State before = disturbed->state();
+                (void)disturbed->attempt(2500.0, before.time + 2500.0);
+                CHECK(fields::same_bits(disturbed->state(), before));
+                fields::advance(*disturbed, 100.0, 100.0 * n);
+                CHECK(fields::same_bits(disturbed->state(), plain->state()));
+            }
+        }
+    }
+
+    TEST_CASE_FIXTURE(fields::OneThread, "a step ends where the first cell yields") {
+        const Scene scene = fields::scene_on({9, 8, 2.0, 2.0}, Model::reduced, {U, 0.0});
+        const auto stepper = stepper_for(Scheme::bogacki_shampine, scene, at_rest(scene));
+        const double yield_time = 1.0 / (mu * U); // sbar = mu U t
+        CHECK(stepper->limit_step(0.9 * yield_time) == 0.9 * yield_time);
+        CHECK(stepper->limit_step(3.0 * yield_time) == doctest::Approx(yield_time).epsilon(1e-8));
+        fields::advance(*stepper, 0.25 * yield_time, 0.25 * yield_time);
+        CHECK(stepper->limit_step(yield_time) == doctest::Approx(0.75 * yield_time).epsilon(1e-8));
+        const double dt = stepper->limit_step(yield_time);
+        fields::advance(*stepper, dt, 0.25 * yield_time + dt);
+        CHECK(stepper->limit_step(1000.0) == 1000.0); // beyond yield nothing limits it
+    }
+
+    TEST_CASE_FIXTURE(fields::OneThread, "a closed elastic cycle with jumps of the wall velocity returns to zero stress") {
+        Scene scene = fields::scene_on({8, 7, 2.0, 2.0}, Model::reduced, {});
+        const double T = 3e4;
+        scene.walls = WallHistory(
+            {{0.0, {U, 0.5 * U}}, {T, {U, 0.5 * U}}, {T, {-U, -0.5 * U}}, {1.5 * T, {-U, -0.5 * U}}, {2.5 * T, {0.0, 0.0}}});
+        for (const Scheme scheme : schemes) {
+            const auto stepper = stepper_for(scheme, scene, at_rest(scene));
+            double time = 0.0;
+            for (const double end : {0.6 * T, T, 1.2 * T, 1.5 * T, 2.0 * T, 2.5 * T, 3.0 * T}) {
+                fields::advance(*stepper, end - time, end);
+                time = end;
+                fields::check_uniform(stepper->state().cells.stress.tau, mu * scene.walls.displacement(end).u, 1e-13);
+            }
+            CHECK(std::abs(scene.walls.displacement(time).u) < 1e-15);
+            CHECK(fields::largest(stepper->state().cells.stress.p) < 1e-13);
+        }
+    }
+
+    TEST_CASE("results are the same bits for any number of threads") {
+        const Scene scene = fields::scene_on({20, 15, 2.0, 2.0}, Model::full, {U, 0.0});
+        const int before = thread_count();
+        for (const Scheme scheme : {Scheme::dormand_prince, Scheme::chebyshev}) {
+            set_thread_count(1);
+            const State one = run(scheme, scene, flowing(scene), 400.0, 4);
+            for (const int threads : {2, 3}) {
+                set_thread_count(threads);
+                CHECK(fields::same_bits(run(scheme, scene, flowing(scene), 400.0, 4), one));
+            }
+        }
+        set_thread_count(before);
+    }
+
+    TEST_CASE("error control: PI steps, rejection, stability limit") {
+        const Grid grid{8, 8, 2.0, 2.0};
+        StepControl control(grid, ErrorSteps{.tolerance = 1e-4, .order = 3, .first_step = 10.0});
+        auto step = control.next(0.0, 1e9);
+        CHECK(step.dt == 10.0);
+        CHECK(!control.judge(step, {.measure = 8e-4})); // E = 8: 0.9 * 8^(-1/3)
+        step = control.next(0.0, 1e9);
+        CHECK(step.dt == doctest::Approx(4.5));
+        CHECK(step.limit == StepLimit::accuracy);
+        CHECK(control.judge(step, {.measure = 0.5e-4}));
+        step = control.next(4.5, 1e9);
+        CHECK(step.dt == doctest::Approx(4.5 * 0.9 * std::pow(0.5, -0.7 / 3.0)));
+        const double before = step.dt;
+        CHECK(control.judge(step, {.measure = 0.2e-4}));
+        step = control.next(0.0, 1e9);
+        CHECK(step.dt == doctest::Approx(before * 0.9 * std::pow(0.2, -0.7 / 3.0) * std::pow(0.5, 0.4 / 3.0)));
+        CHECK(control.judge(step, {.measure = 1e-9, .stable_step = 7.0}));
+        CHECK(control.next(0.0, 1e9).dt == 7.0);
+        CHECK(control.next(0.0, 1e9).limit == StepLimit::relaxation);
+        CHECK(control.retry_shorter(control.next(0.0, 1e9)));
+        CHECK(control.next(0.0, 1e9).dt == doctest::Approx(1.4));
+        for (int n = 0; n < 20; ++n)
+            if (!control.retry_shorter(control.next(0.0, 1e9)))
+                break;
+        CHECK(!control.retry_shorter(control.next(0.0, 1e9))); // below the smallest step
+        StepControl fixed(grid, FixedSteps{1.0});
+        CHECK(!fixed.retry_shorter(fixed.next(0.0, 9.0)));
+        CHECK(fixed.judge(fixed.next(0.0, 9.0), {.measure = 1e9}));
+    }
+}
