@@ -6,7 +6,8 @@
 #include <array>
 
 /// The right-hand sides at a batch of cells: what every time integrator of the quasi-static side is made of.
-namespace ductile::quasistatic::inline DUCTILE_VECTOR_ABI {
+namespace ductile::quasistatic {
+inline namespace DUCTILE_VECTOR_ABI {
 
 using PointState = std::array<Pack, 4>; // s, tau, q, internal; p only follows its source
 
@@ -72,4 +73,5 @@ template <bool elastic, bool transported>
     return sources;
 }
 
-} // namespace ductile::quasistatic::inline DUCTILE_VECTOR_ABI
+} // namespace DUCTILE_VECTOR_ABI
+} // namespace ductile::quasistatic
