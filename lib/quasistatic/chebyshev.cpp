@@ -66,7 +66,7 @@ public:
     [[nodiscard]] Scheme scheme() const override { return Scheme::chebyshev; }
 
 private:
-    CombinationNorm advance(double dt, double) override {
+    CombinationNorm advance(double dt) override {
         // the relaxation rate may grow during the step: a margin
         int s = 2;
         while (s < most_stages && stability(s) < 1.1 * dt * relaxation())

@@ -66,7 +66,7 @@ StepAttempt IndexReducedStepper::attempt(double dt, double end) {
         sequence_.push_back({-earlier_step_ / dt, &earlier_velocity_});
     sequence_.push_back({0.0, &state_.velocity});
 
-    const CombinationNorm error = advance(dt, end);
+    const CombinationNorm error = advance(dt);
     const double measure = std::max(error.stress, error.internal / internal_scale_);
     if (!std::isfinite(measure))
         throw RunError(

@@ -30,7 +30,7 @@ public:
 
 protected:
     /// Makes the step: leaves y_{n+1} in next(), its complete rate in next_rate(), and returns the estimated error's norm.
-    virtual CombinationNorm advance(double dt, double end) = 0;
+    virtual CombinationNorm advance(double dt) = 0;
     /// The longest step that the method holds stable when the plastic flow relaxes at `relaxation`.
     [[nodiscard]] virtual double stable_step(double relaxation) const = 0;
     /// Number of cell states the method itself keeps.

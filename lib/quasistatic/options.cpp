@@ -24,9 +24,26 @@ Units natural_units(const Options& o) {
 /// What a run holds besides the stepper: the field that a snapshot derives, and the program with its libraries.
 double overhead_bytes(const Grid& grid) { return 8.0 * grid.cells_x * grid.cells_y + 20e6; }
 
+bool index_reduced(Scheme scheme) { return scheme >= Scheme::ralston; }
+
+/// Fields of 8 bytes a cell that a stepper holds, see TimeStepper::memory_bytes.
+double fields_of(Scheme scheme) {
+    switch (scheme) {
+    case Scheme::dormand_prince:
+        return 57.0;
+    case Scheme::bogacki_shampine:
+        return 42.0;
+    case Scheme::ralston:
+    case Scheme::chebyshev:
+        return 37.0;
+    default:
+        return 16.0;
+    }
+}
+
 /// A grid that cannot fit would end with the system killing the program, or with half of the machine swapped out.
-void check_memory(const Grid& grid) {
-    const double needed = 14 * 8.0 * grid.cells_x * grid.cells_y + overhead_bytes(grid); // see TimeStepper::memory_bytes
+void check_memory(const Grid& grid, Scheme scheme) {
+    const double needed = fields_of(scheme) * 8.0 * grid.cells_x * grid.cells_y + overhead_bytes(grid);
     const double present = static_cast<double>(::sysconf(_SC_PHYS_PAGES)) * static_cast<double>(::sysconf(_SC_PAGESIZE));
     if (needed > present)
         throw InputError(fmt::format("--cells {}x{}: this needs about {:.3g} GB of memory, this machine has {:.3g} GB: use fewer "
@@ -179,7 +196,7 @@ Scene make_scene(const Options& o) {
         .model = o.model,
         .walls = WallHistory(std::move(knots))};
     check(scene.grid);
-    check_memory(scene.grid);
+    check_memory(scene.grid, o.scheme);
     return scene;
 }
 
@@ -205,8 +222,6 @@ Field make_initial_internal(const Options& o, const Scene& scene) {
 }
 
 namespace {
-
-bool index_reduced(Scheme scheme) { return scheme >= Scheme::ralston; }
 
 double number_or_auto(const std::string& text, const char* option, double standard, const char* meaning) {
     if (text == "auto")

@@ -63,7 +63,7 @@ private:
         return i == table_.stages - 1 ? next_rate() : inner_rates_[static_cast<std::size_t>(i - 1)];
     }
 
-    CombinationNorm advance(double dt, double) override {
+    CombinationNorm advance(double dt) override {
         for (int i = 1; i < table_.stages; ++i) {
             // Y_i = y_n + dt sum_j a_ij k_j; the latest rate is completed on the way
             const auto& row = table_.a[static_cast<std::size_t>(i)];
