@@ -62,7 +62,9 @@ def command(program, options):
 
 
 def canonical(value):
-    """One form for what TOML and JSON write differently: numbers in quotes, lists of one element, cells as N or "N"."""
+    """One form for what TOML and JSON write differently: numbers in quotes, lists as text, lists of one element."""
+    if isinstance(value, str) and "," in value:
+        value = value.split(",")
     if isinstance(value, list):
         return canonical(value[0]) if len(value) == 1 else [canonical(element) for element in value]
     try:
@@ -202,8 +204,21 @@ def lagrange_matrix(source, target, degree):
     return matrix
 
 
+def nested(fine, coarse):
+    """Whether the corners and centres of `coarse` cells a side are among those of `fine` ones."""
+    return fine % coarse == 0 and (fine // coarse) % 2 == 1
+
+
+def thin(fields, factor):
+    """Every factor-th point (odd factor): a grid whose centres and corners are among those of the fine one."""
+    middle = factor // 2
+    return Fields(fields.v[:, ::factor, ::factor], *(f[:, middle::factor, middle::factor] for f in (fields.sigma, fields.chi)))
+
+
 def interpolate(fields, cells, degree=DEGREE):
-    """Fields at the corners and centres of a square grid with `cells` cells a side."""
+    """Fields at the corners and centres of a square grid with `cells` cells a side: picked out where the grids nest."""
+    if nested(fields.cells, cells):
+        return thin(fields, fields.cells // cells)
 
     def one(field, corners):
         rows = cells + 1 if corners else cells
@@ -211,12 +226,6 @@ def interpolate(fields, cells, degree=DEGREE):
         return in_y @ fourier_in_x(field, cells, corners)
 
     return Fields(one(fields.v, True), one(fields.sigma, False), one(fields.chi, False))
-
-
-def thin(fields, factor):
-    """Every factor-th point (odd factor): a grid whose centres and corners are among those of the fine one."""
-    middle = factor // 2
-    return Fields(fields.v[:, ::factor, ::factor], *(f[:, middle::factor, middle::factor] for f in (fields.sigma, fields.chi)))
 
 
 def interpolation_errors(fields, factor=3):
