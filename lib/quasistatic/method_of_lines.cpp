@@ -133,27 +133,35 @@ RateReport MethodOfLines::evaluate(CellState& cells, const WallVelocity& wall, V
     }
 }
 
-double yield_ratio(const Scene& scene, const CellState& cells, double dt, const CellState& rate) {
+namespace {
+
+/// Largest (sbar/yield stress)^2 in row j of the state cells + dt rate.
+template <class M> double yield_square(const M& model, const CellState& cells, double dt, const CellState& rate, int j) {
+    const auto at = [&](const Field& value, const Field& slope, int i) __attribute__((always_inline)) {
+        return load(value.row(j) + i) + Pack(dt) * load(slope.row(j) + i);
+    };
+    Pack square(0.0);
+    for (int i = 0; i < cells.internal.columns(); i += pack_size) {
+        const PointState y{at(cells.stress.s, rate.stress.s, i), at(cells.stress.tau, rate.stress.tau, i),
+                           at(cells.stress.q, rate.stress.q, i), at(cells.internal, rate.internal, i)};
+        const Pack yield = model.yield_stress(y[3]);
+        square = maximum(square, deviatoric_square(y) / (yield * yield));
+    }
+    return largest_of(square);
+}
+
+template <class M> double yield_square(const M& model, const CellState& cells, double dt, const CellState& rate) {
     double largest = 0.0;
-    std::visit(
-        [&](const auto& model) {
 #pragma omp parallel for schedule(static) reduction(max : largest)
-            for (int j = 0; j < scene.grid.cells_y; ++j) {
-                Pack square(0.0);
-                for (int i = 0; i < scene.grid.cells_x; i += pack_size) {
-                    const auto at = [&](const Field& value, const Field& slope) __attribute__((always_inline)) {
-                        return load(value.row(j) + i) + Pack(dt) * load(slope.row(j) + i);
-                    };
-                    const PointState y{at(cells.stress.s, rate.stress.s), at(cells.stress.tau, rate.stress.tau),
-                                       at(cells.stress.q, rate.stress.q), at(cells.internal, rate.internal)};
-                    const Pack yield = model.yield_stress(y[3]);
-                    square = maximum(square, deviatoric_square(y) / (yield * yield));
-                }
-                largest = std::max(largest, largest_of(square));
-            }
-        },
-        scene.plasticity);
-    return std::sqrt(largest);
+    for (int j = 0; j < cells.internal.rows(); ++j)
+        largest = std::max(largest, yield_square(model, cells, dt, rate, j));
+    return largest;
+}
+
+} // namespace
+
+double yield_ratio(const Scene& scene, const CellState& cells, double dt, const CellState& rate) {
+    return std::sqrt(std::visit([&](const auto& model) { return yield_square(model, cells, dt, rate); }, scene.plasticity));
 }
 
 } // namespace ductile::quasistatic
