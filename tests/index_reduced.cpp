@@ -129,7 +129,8 @@ TEST_SUITE("index_reduced") {
                                                    {Scheme::chebyshev, 2, 64}}) {
             const Distance coarse = distance(run(scheme, scene, start, duration, steps), exact);
             const Distance fine = distance(run(scheme, scene, start, duration, 2 * steps), exact);
-            CAPTURE(static_cast<int>(scheme));
+            const int number = static_cast<int>(scheme);
+            CAPTURE(number);
             CHECK(fine.stress > 1e-13); // above round-off
             CHECK(std::abs(std::log2(coarse.stress / fine.stress) - order) < 0.35);
             CHECK(std::abs(std::log2(coarse.internal / fine.internal) - order) < 0.35);
