@@ -16,6 +16,19 @@
 #define DUCTILE_VECTOR_ABI baseline
 #endif
 
+// The name of the attribute that forces inlining. Under the address sanitizer it is another, harmless one: instrumented kernels
+// that are all one function take compilers many minutes.
+#if defined(__SANITIZE_ADDRESS__)
+#define DUCTILE_ALWAYS_INLINE hot
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer)
+#define DUCTILE_ALWAYS_INLINE hot
+#endif
+#endif
+#if !defined(DUCTILE_ALWAYS_INLINE)
+#define DUCTILE_ALWAYS_INLINE always_inline
+#endif
+
 /// A thin vocabulary over std::experimental::simd, written so that the same formulas run on one double and on a batch of them.
 /// Everything here and in the cell kernels is forced inline: vectors passed through memory cost more than the arithmetic.
 namespace ductile {
@@ -38,73 +51,85 @@ public:
     struct Mask {
         Register::mask_type a, b;
 
-        [[gnu::always_inline]] explicit Mask(bool value) : a(value), b(value) {}
-        [[gnu::always_inline]] Mask(Register::mask_type first, Register::mask_type second) : a(first), b(second) {}
-        [[nodiscard, gnu::always_inline]] friend Mask operator&&(const Mask& x, const Mask& y) {
+        [[gnu::DUCTILE_ALWAYS_INLINE]] explicit Mask(bool value) : a(value), b(value) {}
+        [[gnu::DUCTILE_ALWAYS_INLINE]] Mask(Register::mask_type first, Register::mask_type second) : a(first), b(second) {}
+        [[nodiscard, gnu::DUCTILE_ALWAYS_INLINE]] friend Mask operator&&(const Mask& x, const Mask& y) {
             return {x.a && y.a, x.b && y.b};
         }
-        [[nodiscard, gnu::always_inline]] Mask operator!() const { return {!a, !b}; }
+        [[nodiscard, gnu::DUCTILE_ALWAYS_INLINE]] Mask operator!() const { return {!a, !b}; }
     };
 
-    [[gnu::always_inline]] Pack() = default;
-    [[gnu::always_inline]] explicit Pack(double value) : a_(value), b_(value) {}
-    [[gnu::always_inline]] Pack(Register a, Register b) : a_(a), b_(b) {}
+    [[gnu::DUCTILE_ALWAYS_INLINE]] Pack() = default;
+    [[gnu::DUCTILE_ALWAYS_INLINE]] explicit Pack(double value) : a_(value), b_(value) {}
+    [[gnu::DUCTILE_ALWAYS_INLINE]] Pack(Register a, Register b) : a_(a), b_(b) {}
     /// The numbers first, first + 1, ...
-    [[nodiscard, gnu::always_inline]] static Pack counting_from(double first) {
+    [[nodiscard, gnu::DUCTILE_ALWAYS_INLINE]] static Pack counting_from(double first) {
         const Register lanes([](auto lane) { return static_cast<double>(static_cast<int>(lane)); });
         return {lanes + first, lanes + (first + register_size)};
     }
 
-    [[nodiscard, gnu::always_inline]] static Pack load(const double* p) {
+    [[nodiscard, gnu::DUCTILE_ALWAYS_INLINE]] static Pack load(const double* p) {
         return {Register(p, std::experimental::element_aligned), Register(p + register_size, std::experimental::element_aligned)};
     }
-    [[gnu::always_inline]] friend void store(const Pack& x, double* p) {
+    [[gnu::DUCTILE_ALWAYS_INLINE]] friend void store(const Pack& x, double* p) {
         x.a_.copy_to(p, std::experimental::element_aligned);
         x.b_.copy_to(p + register_size, std::experimental::element_aligned);
     }
 
-    [[nodiscard, gnu::always_inline]] friend Pack operator+(const Pack& x, const Pack& y) { return {x.a_ + y.a_, x.b_ + y.b_}; }
-    [[nodiscard, gnu::always_inline]] friend Pack operator-(const Pack& x, const Pack& y) { return {x.a_ - y.a_, x.b_ - y.b_}; }
-    [[nodiscard, gnu::always_inline]] friend Pack operator*(const Pack& x, const Pack& y) { return {x.a_ * y.a_, x.b_ * y.b_}; }
-    [[nodiscard, gnu::always_inline]] friend Pack operator/(const Pack& x, const Pack& y) { return {x.a_ / y.a_, x.b_ / y.b_}; }
-    [[nodiscard, gnu::always_inline]] Pack operator-() const { return {-a_, -b_}; }
-    [[nodiscard, gnu::always_inline]] friend Mask operator<(const Pack& x, const Pack& y) { return {x.a_ < y.a_, x.b_ < y.b_}; }
-    [[nodiscard, gnu::always_inline]] friend Mask operator>(const Pack& x, const Pack& y) { return {x.a_ > y.a_, x.b_ > y.b_}; }
-    [[nodiscard, gnu::always_inline]] friend Mask operator>=(const Pack& x, const Pack& y) {
+    [[nodiscard, gnu::DUCTILE_ALWAYS_INLINE]] friend Pack operator+(const Pack& x, const Pack& y) {
+        return {x.a_ + y.a_, x.b_ + y.b_};
+    }
+    [[nodiscard, gnu::DUCTILE_ALWAYS_INLINE]] friend Pack operator-(const Pack& x, const Pack& y) {
+        return {x.a_ - y.a_, x.b_ - y.b_};
+    }
+    [[nodiscard, gnu::DUCTILE_ALWAYS_INLINE]] friend Pack operator*(const Pack& x, const Pack& y) {
+        return {x.a_ * y.a_, x.b_ * y.b_};
+    }
+    [[nodiscard, gnu::DUCTILE_ALWAYS_INLINE]] friend Pack operator/(const Pack& x, const Pack& y) {
+        return {x.a_ / y.a_, x.b_ / y.b_};
+    }
+    [[nodiscard, gnu::DUCTILE_ALWAYS_INLINE]] Pack operator-() const { return {-a_, -b_}; }
+    [[nodiscard, gnu::DUCTILE_ALWAYS_INLINE]] friend Mask operator<(const Pack& x, const Pack& y) {
+        return {x.a_ < y.a_, x.b_ < y.b_};
+    }
+    [[nodiscard, gnu::DUCTILE_ALWAYS_INLINE]] friend Mask operator>(const Pack& x, const Pack& y) {
+        return {x.a_ > y.a_, x.b_ > y.b_};
+    }
+    [[nodiscard, gnu::DUCTILE_ALWAYS_INLINE]] friend Mask operator>=(const Pack& x, const Pack& y) {
         return {x.a_ >= y.a_, x.b_ >= y.b_};
     }
 
-    [[nodiscard, gnu::always_inline]] friend bool any_of(const Mask& m) { return std::experimental::any_of(m.a || m.b); }
-    [[nodiscard, gnu::always_inline]] friend int count_of(const Mask& m) {
+    [[nodiscard, gnu::DUCTILE_ALWAYS_INLINE]] friend bool any_of(const Mask& m) { return std::experimental::any_of(m.a || m.b); }
+    [[nodiscard, gnu::DUCTILE_ALWAYS_INLINE]] friend int count_of(const Mask& m) {
         return std::experimental::popcount(m.a) + std::experimental::popcount(m.b);
     }
     /// mask ? x : y in every lane.
-    [[nodiscard, gnu::always_inline]] friend Pack select(const Mask& mask, const Pack& x, const Pack& y) {
+    [[nodiscard, gnu::DUCTILE_ALWAYS_INLINE]] friend Pack select(const Mask& mask, const Pack& x, const Pack& y) {
         Pack r = y;
         where(mask.a, r.a_) = x.a_;
         where(mask.b, r.b_) = x.b_;
         return r;
     }
-    [[nodiscard, gnu::always_inline]] friend Pack magnitude(const Pack& x) { return {abs(x.a_), abs(x.b_)}; }
-    [[nodiscard, gnu::always_inline]] friend Pack maximum(const Pack& x, const Pack& y) {
+    [[nodiscard, gnu::DUCTILE_ALWAYS_INLINE]] friend Pack magnitude(const Pack& x) { return {abs(x.a_), abs(x.b_)}; }
+    [[nodiscard, gnu::DUCTILE_ALWAYS_INLINE]] friend Pack maximum(const Pack& x, const Pack& y) {
         return {max(x.a_, y.a_), max(x.b_, y.b_)};
     }
-    [[nodiscard, gnu::always_inline]] friend Pack minimum(const Pack& x, const Pack& y) {
+    [[nodiscard, gnu::DUCTILE_ALWAYS_INLINE]] friend Pack minimum(const Pack& x, const Pack& y) {
         return {min(x.a_, y.a_), min(x.b_, y.b_)};
     }
-    [[nodiscard, gnu::always_inline]] friend Pack square_root(const Pack& x) { return {sqrt(x.a_), sqrt(x.b_)}; }
+    [[nodiscard, gnu::DUCTILE_ALWAYS_INLINE]] friend Pack square_root(const Pack& x) { return {sqrt(x.a_), sqrt(x.b_)}; }
     /// 2^n for the integers n that a rounding shift left in the low bits of x (see exponential_of).
-    [[nodiscard, gnu::always_inline]] friend Pack power_of_two_from_bits(const Pack& x) {
-        const auto scale = [](const Register& part) __attribute__((always_inline)) {
+    [[nodiscard, gnu::DUCTILE_ALWAYS_INLINE]] friend Pack power_of_two_from_bits(const Pack& x) {
+        const auto scale = [](const Register& part) __attribute__((DUCTILE_ALWAYS_INLINE)) {
             using Integer = detail::IntegerRegister;
             return std::bit_cast<Register>((std::bit_cast<Integer>(part) << 52) + Integer(0x3ff0000000000000LL));
         };
         return {scale(x.a_), scale(x.b_)};
     }
-    [[nodiscard, gnu::always_inline]] friend double sum_of(const Pack& x) { return reduce(x.a_ + x.b_); }
-    [[nodiscard, gnu::always_inline]] friend double largest_of(const Pack& x) { return hmax(max(x.a_, x.b_)); }
-    [[nodiscard, gnu::always_inline]] friend double smallest_of(const Pack& x) { return hmin(min(x.a_, x.b_)); }
-    [[nodiscard, gnu::always_inline]] double operator[](int lane) const {
+    [[nodiscard, gnu::DUCTILE_ALWAYS_INLINE]] friend double sum_of(const Pack& x) { return reduce(x.a_ + x.b_); }
+    [[nodiscard, gnu::DUCTILE_ALWAYS_INLINE]] friend double largest_of(const Pack& x) { return hmax(max(x.a_, x.b_)); }
+    [[nodiscard, gnu::DUCTILE_ALWAYS_INLINE]] friend double smallest_of(const Pack& x) { return hmin(min(x.a_, x.b_)); }
+    [[nodiscard, gnu::DUCTILE_ALWAYS_INLINE]] double operator[](int lane) const {
         return lane < register_size ? double(a_[static_cast<std::size_t>(lane)])
                                     : double(b_[static_cast<std::size_t>(lane - register_size)]);
     }
@@ -115,7 +140,7 @@ private:
 
 inline constexpr int pack_size = Pack::size;
 
-[[nodiscard, gnu::always_inline]] inline Pack load(const double* p) { return Pack::load(p); }
+[[nodiscard, gnu::DUCTILE_ALWAYS_INLINE]] inline Pack load(const double* p) { return Pack::load(p); }
 
 /// The type of a comparison between two values of type V.
 template <class V> struct MaskOf { using type = typename V::Mask; };
@@ -136,7 +161,7 @@ template <class V> using Mask = typename MaskOf<V>::type;
 
 /// The exponential by Cody-Waite reduction x = n ln 2 + r and a Taylor polynomial of degree 12 on |r| <= ln 2 / 2
 /// (truncation 2e-16 of the result). Arguments are clamped to [-708, 709]; NaN stays NaN.
-template <class V> [[nodiscard, gnu::always_inline]] inline V exponential(V x) {
+template <class V> [[nodiscard, gnu::DUCTILE_ALWAYS_INLINE]] inline V exponential(V x) {
     constexpr double shift = 0x1.8p52; // adding it rounds to an integer, kept in the low bits
     x = select(x > V(709.0), V(709.0), x);
     x = select(x < V(-708.0), V(-708.0), x);

@@ -28,11 +28,12 @@ public:
 
     PerzynaModel(const PerzynaParameters& parameters, const Units& units);
 
-    template <class V> [[nodiscard, gnu::always_inline]] V yield_stress(const V& plastic_strain) const {
+    template <class V> [[nodiscard, gnu::DUCTILE_ALWAYS_INLINE]] V yield_stress(const V& plastic_strain) const {
         return V(yield_stress_) + V(hardening_) * plastic_strain;
     }
 
-    template <class V> [[nodiscard, gnu::always_inline]] PlasticRates<V> rates(const V& sbar, const V& plastic_strain) const {
+    template <class V>
+    [[nodiscard, gnu::DUCTILE_ALWAYS_INLINE]] PlasticRates<V> rates(const V& sbar, const V& plastic_strain) const {
         const V overstress = maximum(sbar / yield_stress(plastic_strain) - V(1.0), V(0.0));
         V flow = V(reference_rate_) * overstress;
         for (int k = 1; k < exponent_; ++k)
@@ -41,7 +42,7 @@ public:
     }
 
     /// dD^pl/dsbar, zero below yield: how fast the flow relaxes the stress.
-    template <class V> [[nodiscard, gnu::always_inline]] V flow_slope(const V& sbar, const V& plastic_strain) const {
+    template <class V> [[nodiscard, gnu::DUCTILE_ALWAYS_INLINE]] V flow_slope(const V& sbar, const V& plastic_strain) const {
         const V inverse_yield = V(1.0) / yield_stress(plastic_strain);
         const V overstress = sbar * inverse_yield - V(1.0);
         V slope = V(reference_rate_ * exponent_) * inverse_yield;

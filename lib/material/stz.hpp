@@ -38,9 +38,9 @@ public:
 
     StzModel(const StzParameters& parameters, const Units& units);
 
-    template <class V> [[nodiscard, gnu::always_inline]] V yield_stress(const V&) const { return V(yield_stress_); }
+    template <class V> [[nodiscard, gnu::DUCTILE_ALWAYS_INLINE]] V yield_stress(const V&) const { return V(yield_stress_); }
 
-    template <class V> [[nodiscard, gnu::always_inline]] PlasticRates<V> rates(const V& sbar, const V& chi) const {
+    template <class V> [[nodiscard, gnu::DUCTILE_ALWAYS_INLINE]] PlasticRates<V> rates(const V& sbar, const V& chi) const {
         const V inverse_product = V(1.0) / (sbar * chi); // one division serves both reciprocals
         const V inverse_sbar = inverse_product * chi;
         const V bias = V(activation_) * sbar;
@@ -53,7 +53,7 @@ public:
     }
 
     /// dD^pl/dsbar, zero below yield: how fast the flow relaxes the stress.
-    template <class V> [[nodiscard, gnu::always_inline]] V flow_slope(const V& sbar, const V& chi) const {
+    template <class V> [[nodiscard, gnu::DUCTILE_ALWAYS_INLINE]] V flow_slope(const V& sbar, const V& chi) const {
         const V inverse_sbar = V(1.0) / sbar;
         const V overstress = V(1.0) - V(yield_stress_) * inverse_sbar;
         const V flow = rates(sbar, chi).fluidity * sbar; // D^pl = transition * overstress

@@ -30,7 +30,7 @@ namespace detail {
 /// sum_i (a_i/b_i)^2 with a single division, the reciprocals unfolded from that of the product of all b. Where that product
 /// overflows the ratios come out as zero or NaN; the sum is then infinite, so that no error passes for a small one.
 template <class V, std::size_t n>
-[[nodiscard, gnu::always_inline]] inline V sum_of_squared_ratios(const std::array<V, n>& a, const std::array<V, n>& b) {
+[[nodiscard, gnu::DUCTILE_ALWAYS_INLINE]] inline V sum_of_squared_ratios(const std::array<V, n>& a, const std::array<V, n>& b) {
     std::array<V, n> product = b; // product[i] = b_0 ... b_i
     for (std::size_t i = 1; i < n; ++i)
         product[i] = product[i - 1] * b[i];
@@ -58,8 +58,8 @@ template <class V, std::size_t n>
 /// `f` maps the state of all lanes to its rate. On failure the state is unusable and `failed` is set.
 template <class V, std::size_t n, class Rhs>
 requires std::invocable < Rhs, const std::array<V, n>
-& > [[gnu::always_inline]] inline void integrate_rk21(Rhs&& f, std::array<V, n>& y, Mask<V> active, double duration,
-                                                      const Rk21Options& options, Rk21Counts& counts) {
+& > [[gnu::DUCTILE_ALWAYS_INLINE]] inline void integrate_rk21(Rhs&& f, std::array<V, n>& y, Mask<V> active, double duration,
+                                                              const Rk21Options& options, Rk21Counts& counts) {
     using State = std::array<V, n>;
     const V mean_weight(1.0 / static_cast<double>(n + static_cast<std::size_t>(options.exact_components)));
     V left(duration);

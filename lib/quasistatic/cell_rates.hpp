@@ -12,12 +12,12 @@ inline namespace DUCTILE_VECTOR_ABI {
 using PointState = std::array<Pack, 4>; // s, tau, q, internal; p only follows its source
 
 /// sbar^2 = s^2 + tau^2 + 3 q^2.
-[[nodiscard, gnu::always_inline]] inline Pack deviatoric_square(const PointState& y) {
+[[nodiscard, gnu::DUCTILE_ALWAYS_INLINE]] inline Pack deviatoric_square(const PointState& y) {
     return y[0] * y[0] + y[1] * y[1] + Pack(3.0) * (y[2] * y[2]);
 }
 
 /// sbar, kept away from zero so that its reciprocal exists at points without stress.
-[[nodiscard, gnu::always_inline]] inline Pack deviatoric_magnitude(const PointState& y) {
+[[nodiscard, gnu::DUCTILE_ALWAYS_INLINE]] inline Pack deviatoric_magnitude(const PointState& y) {
     return maximum(square_root(deviatoric_square(y)), Pack(1e-150));
 }
 
@@ -27,7 +27,7 @@ template <class M> struct PointRate {
     const Pack two_mu;
     const PointState source;
 
-    [[nodiscard, gnu::always_inline]] PointState operator()(const PointState& y) const {
+    [[nodiscard, gnu::DUCTILE_ALWAYS_INLINE]] PointState operator()(const PointState& y) const {
         const auto rates = model.rates(deviatoric_magnitude(y), y[3]);
         const Pack relaxation = two_mu * rates.fluidity;
         return {source[0] - relaxation * y[0], source[1] - relaxation * y[1], source[2] - relaxation * y[2],
@@ -44,8 +44,8 @@ struct CellSources {
 /// Elastic rate C : D(v) (if `elastic`) and spin minus advection by v (if `transported`) at the cells i, i + 1, ... of row j.
 /// The Jaumann spin, Eq. (5), with (grad v)_ij = dv_i/dx_j reads ds/dt += (du/dy - dv/dx) tau, dtau/dt -= (du/dy - dv/dx) s.
 template <bool elastic, bool transported>
-[[nodiscard, gnu::always_inline]] inline CellSources cell_sources(const Scene& scene, const CellState& cells,
-                                                                  const VectorField& velocity, int i, int j) {
+[[nodiscard, gnu::DUCTILE_ALWAYS_INLINE]] inline CellSources cell_sources(const Scene& scene, const CellState& cells,
+                                                                          const VectorField& velocity, int i, int j) {
     CellSources sources;
     if constexpr (elastic || transported) {
         const double half_inverse_dx = 0.5 / scene.grid.dx(), half_inverse_dy = 0.5 / scene.grid.dy();
@@ -59,7 +59,7 @@ template <bool elastic, bool transported>
         }
         if constexpr (transported) {
             const Pack uc = u.mean(), vc = v.mean(), turn = gradient.uy - gradient.vx;
-            const auto advection = [&](const Field& f) __attribute__((always_inline)) {
+            const auto advection = [&](const Field& f) __attribute__((DUCTILE_ALWAYS_INLINE)) {
                 return advection_rate(f.row(j) + i, f.stride(), uc, vc, half_inverse_dx, half_inverse_dy);
             };
             const Pack s = load(cells.stress.s.row(j) + i), tau = load(cells.stress.tau.row(j) + i);

@@ -31,16 +31,16 @@ TermRows rows_of(std::span<const Term> terms, int j) {
     return rows;
 }
 
-[[gnu::always_inline]] inline Pack sum_terms(std::span<const Term> terms, const std::array<const double*, most_terms>& rows,
-                                             int i) {
+[[gnu::DUCTILE_ALWAYS_INLINE]] inline Pack sum_terms(std::span<const Term> terms,
+                                                     const std::array<const double*, most_terms>& rows, int i) {
     Pack sum(0.0);
     for (std::size_t m = 0; m < terms.size(); ++m)
         sum = sum + Pack(terms[m].factor) * load(rows[m] + i);
     return sum;
 }
 
-[[gnu::always_inline]] inline std::array<Pack, field_count> elastic_rate_at(const Scene& scene, const VectorField& velocity,
-                                                                            int i, int j) {
+[[gnu::DUCTILE_ALWAYS_INLINE]] inline std::array<Pack, field_count> elastic_rate_at(const Scene& scene,
+                                                                                    const VectorField& velocity, int i, int j) {
     const Corners u(velocity.u.row(j) + i, velocity.u.row(j + 1) + i);
     const Corners v(velocity.v.row(j) + i, velocity.v.row(j + 1) + i);
     const StressPack rate = elastic_rate(scene.elasticity, velocity_gradient(u, v, 0.5 / scene.grid.dx(), 0.5 / scene.grid.dy()));

@@ -14,8 +14,8 @@ namespace {
 
 /// f at a batch of cells; returns the largest relaxation rate 2 mu dD^pl/dsbar.
 template <bool transported, class M>
-[[gnu::always_inline]] inline Pack rate_at(const Scene& scene, const M& model, const CellState& cells,
-                                           const VectorField& velocity, int i, int j, CellState& rate) {
+[[gnu::DUCTILE_ALWAYS_INLINE]] inline Pack rate_at(const Scene& scene, const M& model, const CellState& cells,
+                                                   const VectorField& velocity, int i, int j, CellState& rate) {
     const auto [p_source, source] = cell_sources<false, transported>(scene, cells, velocity, i, j);
     const PointState y{load(cells.stress.s.row(j) + i), load(cells.stress.tau.row(j) + i), load(cells.stress.q.row(j) + i),
                        load(cells.internal.row(j) + i)};
@@ -137,7 +137,7 @@ namespace {
 
 /// Largest (sbar/yield stress)^2 in row j of the state cells + dt rate.
 template <class M> double yield_square(const M& model, const CellState& cells, double dt, const CellState& rate, int j) {
-    const auto at = [&](const Field& value, const Field& slope, int i) __attribute__((always_inline)) {
+    const auto at = [&](const Field& value, const Field& slope, int i) __attribute__((DUCTILE_ALWAYS_INLINE)) {
         return load(value.row(j) + i) + Pack(dt) * load(slope.row(j) + i);
     };
     Pack square(0.0);

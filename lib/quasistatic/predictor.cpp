@@ -12,7 +12,7 @@ namespace {
 
 /// Whether sbar stays below yield on the straight path from y to y + dt source.
 template <class M>
-[[gnu::always_inline]] inline Pack::Mask stays_elastic(const M& model, const PointState& y, const PointState& end) {
+[[gnu::DUCTILE_ALWAYS_INLINE]] inline Pack::Mask stays_elastic(const M& model, const PointState& y, const PointState& end) {
     const Pack yield = minimum(model.yield_stress(y[3]), model.yield_stress(end[3]));
     return maximum(deviatoric_square(y), deviatoric_square(end)) < yield * yield;
 }
@@ -36,7 +36,7 @@ public:
     }
 
 private:
-    [[gnu::always_inline]] void pack(int i, int j, const Pack::Mask& real_cells, Rk21Counts& counts) const {
+    [[gnu::DUCTILE_ALWAYS_INLINE]] void pack(int i, int j, const Pack::Mask& real_cells, Rk21Counts& counts) const {
         const double *p = now_.stress.p.row(j) + i, *s = now_.stress.s.row(j) + i, *tau = now_.stress.tau.row(j) + i;
         const double *q = now_.stress.q.row(j) + i, *internal = now_.internal.row(j) + i;
         PointState y{load(s), load(tau), load(q), load(internal)};

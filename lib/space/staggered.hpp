@@ -30,8 +30,8 @@ struct Corners {
     [[nodiscard]] Pack difference_y() const { return (upper_left + upper_right) - (lower_left + lower_right); }
 };
 
-[[nodiscard, gnu::always_inline]] inline VelocityGradient velocity_gradient(const Corners& u, const Corners& v,
-                                                                            double half_inverse_dx, double half_inverse_dy) {
+[[nodiscard, gnu::DUCTILE_ALWAYS_INLINE]] inline VelocityGradient
+velocity_gradient(const Corners& u, const Corners& v, double half_inverse_dx, double half_inverse_dy) {
     return {u.difference_x() * Pack(half_inverse_dx), u.difference_y() * Pack(half_inverse_dy),
             v.difference_x() * Pack(half_inverse_dx), v.difference_y() * Pack(half_inverse_dy)};
 }
@@ -43,7 +43,8 @@ struct StressPack {
 
 /// C : D for the gradient, Eq. (42) in the components of Eq. (1):
 ///   p = -K tr D, s = mu (ux - vy), tau = mu (uy + vx), q = -(mu/3) tr D  (sigma_zz = -p + 2q = (K - 2 mu/3) tr D).
-[[nodiscard, gnu::always_inline]] inline StressPack elastic_rate(const IsotropicElasticity& c, const VelocityGradient& g) {
+[[nodiscard, gnu::DUCTILE_ALWAYS_INLINE]] inline StressPack elastic_rate(const IsotropicElasticity& c,
+                                                                         const VelocityGradient& g) {
     const Pack trace = g.ux + g.vy;
     const Pack mu(c.shear_modulus);
     return {Pack(-c.bulk_modulus) * trace, mu * (g.ux - g.vy), mu * (g.uy + g.vx), Pack(-c.shear_modulus / 3.0) * trace};

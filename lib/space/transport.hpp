@@ -11,8 +11,8 @@ namespace ductile {
 /// first and second upwind neighbours, d0 = f1 - 2 f0 + f-1 and dup = f0 - 2a + b, both one-sided formulas of (4) equal
 ///   (f1 - f-1) + sigma (dup - d0),  taken where |d0| > |dup|; ties and velocity = 0 take the centred difference.
 template <class V>
-[[nodiscard, gnu::always_inline]] inline V eno2_difference(const V& velocity, const V& fm2, const V& fm1, const V& f0,
-                                                           const V& f1, const V& f2) {
+[[nodiscard, gnu::DUCTILE_ALWAYS_INLINE]] inline V eno2_difference(const V& velocity, const V& fm2, const V& fm1, const V& f0,
+                                                                   const V& f1, const V& f2) {
     const Mask<V> from_right = velocity < V(0.0);
     const V a = select(from_right, f1, fm1);
     const V b = select(from_right, f2, fm2);
@@ -25,8 +25,9 @@ template <class V>
 
 /// -(v . grad) f at the pack of cells starting at `f`, with `stride` doubles from row to row; u, v are the velocities at the cell
 /// centres, half_inverse_d* = 1/(2 d*).
-[[nodiscard, gnu::always_inline]] inline Pack advection_rate(const double* f, std::ptrdiff_t stride, const Pack& u, const Pack& v,
-                                                             double half_inverse_dx, double half_inverse_dy) {
+[[nodiscard, gnu::DUCTILE_ALWAYS_INLINE]] inline Pack advection_rate(const double* f, std::ptrdiff_t stride, const Pack& u,
+                                                                     const Pack& v, double half_inverse_dx,
+                                                                     double half_inverse_dy) {
     const Pack f0 = load(f);
     const Pack x = eno2_difference(u, load(f - 2), load(f - 1), f0, load(f + 1), load(f + 2));
     const Pack y = eno2_difference(v, load(f - 2 * stride), load(f - stride), f0, load(f + stride), load(f + 2 * stride));
