@@ -2,6 +2,7 @@
 #include <ductile/material/elasticity.hpp>
 #include <ductile/material/plasticity.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <doctest/doctest.h>
@@ -52,8 +53,11 @@ template <class M> Rates rates_in_si(const M& model, const Units& units, double 
         const Pack here = Pack::counting_from(-lane); // zero in this lane
         const auto spread = [&](double x) { return Pack(x) + Pack(0.01 * x) * magnitude(here); };
         const PlasticRates<Pack> batch = model.rates(spread(stress), spread(value));
-        CHECK(batch.fluidity[lane] == doctest::Approx(one.fluidity).epsilon(1e-13).scale(1e-15));
-        CHECK(batch.internal[lane] == doctest::Approx(one.internal).epsilon(1e-13).scale(1e-15));
+        // compilers contract the two differently; just above yield 1 - Y/sbar is a difference of nearly equal numbers
+        const double overstress = std::abs(1.0 - model.yield_stress(value) / stress);
+        const double relative = 1e-13 + 1e-15 / std::max(overstress, 1e-15);
+        CHECK(std::abs(batch.fluidity[lane] - one.fluidity) <= relative * std::abs(one.fluidity));
+        CHECK(std::abs(batch.internal[lane] - one.internal) <= relative * std::abs(one.internal));
         CHECK(model.yield_stress(Pack(value))[lane] == model.yield_stress(value));
     }
     return {one.fluidity * stress / units.time, one.internal * unit_of_internal / units.time};
