@@ -1,4 +1,4 @@
-#include <ductile/base/error.hpp>
+#include "messages.hpp"
 #include <ductile/base/threads.hpp>
 #include <ductile/equilibrium/cholesky.hpp>
 #include <ductile/equilibrium/solver.hpp>
@@ -17,9 +17,6 @@ using namespace ductile;
 namespace {
 
 constexpr IsotropicElasticity metallic_glass{.bulk_modulus = 122.0, .shear_modulus = 37.4};
-
-VectorField nodes(int rows, int columns) { return {Field(rows, columns), Field(rows, columns)}; }
-VectorField nodes(const Grid& grid) { return nodes(grid.cells_y + 1, grid.cells_x); }
 
 void wrap(VectorField& w) {
     for (int j = 0; j < w.u.rows(); ++j) {
@@ -81,7 +78,7 @@ VectorField one_point_reference(const Grid& grid, const IsotropicElasticity& ela
             yy(i, j) = beta * along_x(w.u) + alpha * along_y(w.v);
             xy(i, j) = mu * (along_x(w.v) + along_y(w.u));
         }
-    VectorField f = nodes(grid);
+    VectorField f(grid);
     for (int j = 1; j < n; ++j)
         for (int i = 0; i < m; ++i) {
             // Regions of Fig. S.1(d): I above left... of P_cc carry phi_1 ... phi_4; the signs are those of its gradients.
@@ -123,7 +120,7 @@ CellStiffness integrated(const Grid& grid, const IsotropicElasticity& elasticity
 /// K w on the distinct nodes of any rectangle, cell by cell from the Gauss-integrated element.
 VectorField assembled_reference(const BoundaryValueProblem& problem, const VectorField& w) {
     const CellStiffness k = integrated(problem.grid, problem.elasticity, problem.stiffness == Stiffness::exact ? 1 : 2);
-    VectorField f = nodes(w.u.rows(), w.u.columns());
+    VectorField f(w.u.rows(), w.u.columns());
     for (int j = 0; j < problem.grid.cells_y; ++j)
         for (int i = 0; i < problem.grid.cells_x; ++i)
             for (std::size_t r = 0; r < 8; ++r)
@@ -144,16 +141,6 @@ bool prescribed(const BoundaryValueProblem& p, int i, int j, Condition SideCondi
     return (i == 0 && holds(p.boundary.left)) || (i == p.grid.cells_x && holds(p.boundary.right)) ||
            (j == 0 && holds(p.boundary.bottom)) || (j == p.grid.cells_y && holds(p.boundary.top));
 }
-
-std::string message_of(const auto& action) {
-    try {
-        action();
-    } catch (const Error& error) {
-        return error.what();
-    }
-    return "nothing was thrown";
-}
-bool contains(const std::string& text, const char* part) { return text.find(part) != std::string::npos; }
 
 constexpr SideConditions fixed{Condition::prescribed, Condition::prescribed}, free_side{},
     around{Condition::periodic, Condition::periodic}, slip_x{Condition::traction, Condition::prescribed},
@@ -223,9 +210,9 @@ TEST_SUITE("equilibrium") {
 
     TEST_CASE("the exact stencil is gradient (2), elasticity (42), force (S.14), (S.15) in sequence") {
         for (const Grid& grid : {Grid{8, 8, 2.0, 2.0}, Grid{7, 5, 2.0, 0.9}, Grid{4, 9, 0.3, 2.0}}) {
-            const VectorField w = random_field(nodes(grid), 1);
+            const VectorField w = random_field(VectorField(grid), 1);
             const VectorField expected = one_point_reference(grid, metallic_glass, w);
-            VectorField f = nodes(grid);
+            VectorField f(grid);
             apply(Stencil(grid, metallic_glass, Stiffness::exact), w, f);
             for (int j = 1; j < grid.cells_y; ++j)
                 for (int i = 0; i < grid.cells_x; ++i) {
@@ -244,8 +231,8 @@ TEST_SUITE("equilibrium") {
             for (const Stiffness stiffness : {Stiffness::exact, Stiffness::full}) {
                 CAPTURE(grid.cells_x);
                 CAPTURE(grid.cells_y);
-                const VectorField w = random_field(nodes(grid), 2);
-                VectorField f = nodes(grid);
+                const VectorField w = random_field(VectorField(grid), 2);
+                VectorField f(grid);
                 apply(Stencil(grid, metallic_glass, stiffness), w, f);
                 const auto solver = make_equilibrium_solver({grid, metallic_glass, stiffness}, SolverKind::fastest);
                 solver->solve(f, WallData::given);
@@ -268,7 +255,7 @@ TEST_SUITE("equilibrium") {
                 CHECK(fourier->memory_bytes() > 0);
                 CHECK(cholesky->memory_bytes() > 0);
                 for (const Walls walls : {none, lower, upper, both}) {
-                    VectorField f = random_field(nodes(grid), 3);
+                    VectorField f = random_field(VectorField(grid), 3);
                     for (Field* component : {&f.u, &f.v}) {
                         if (walls == upper)
                             std::fill_n(component->row(0), grid.cells_x, 0.0);
@@ -292,7 +279,7 @@ TEST_SUITE("equilibrium") {
         const int threads_before = thread_count();
         for (const Grid& grid : {Grid{4, 4}, Grid{50, 37}, Grid{64, 64}, Grid{129, 20}}) {
             const auto solver = make_equilibrium_solver({grid, metallic_glass}, SolverKind::fourier);
-            const VectorField f = random_field(nodes(grid), 4);
+            const VectorField f = random_field(VectorField(grid), 4);
             set_thread_count(1);
             VectorField expected = f;
             solver->solve(expected, WallData::given);
@@ -310,7 +297,7 @@ TEST_SUITE("equilibrium") {
         const Grid grid{24, 15, 2.0, 1.0};
         for (const Stiffness stiffness : {Stiffness::exact, Stiffness::full})
             for (const SolverKind kind : {SolverKind::fourier, SolverKind::cholesky}) {
-                VectorField expected = nodes(grid), w = nodes(grid);
+                VectorField expected(grid), w(grid);
                 for (int j = 0; j <= grid.cells_y; ++j)
                     for (int i = 0; i < grid.cells_x; ++i) {
                         expected.u(i, j) = 0.3 + 0.7 * grid.y(j);
@@ -333,7 +320,7 @@ TEST_SUITE("equilibrium") {
             double previous = 0.0;
             for (const int cells : {16, 32, 64, 128}) {
                 const Grid grid{cells, cells + cells / 2, 2.0, 2.0};
-                VectorField w = nodes(grid);
+                VectorField w(grid);
                 double error = 0.0;
                 const auto u = [](double x, double y) { return std::sin(pi * x) * std::exp(y); };
                 const auto v = [](double x, double y) { return std::cos(pi * x) * y * y; };
@@ -369,12 +356,12 @@ TEST_SUITE("equilibrium") {
             for (const double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()})
                 for (const int row : {0, 1, 4, 8, 9})
                     for (Field VectorField::*component : {&VectorField::u, &VectorField::v}) {
-                        VectorField f = nodes(grid);
+                        VectorField f(grid);
                         (f.*component)(3, row) = bad;
                         CHECK_THROWS_AS(solver->solve(f, WallData::given), RunError);
                     }
             // A failure leaves nothing behind.
-            VectorField f = random_field(nodes(grid), 6), w = nodes(grid);
+            VectorField f = random_field(VectorField(grid), 6), w(grid);
             apply(Stencil(grid, metallic_glass, Stiffness::exact), f, w);
             solver->solve(w, WallData::given);
             CHECK(distance(f, w) < 1e-12);
@@ -396,7 +383,7 @@ TEST_SUITE("equilibrium") {
                        "shear modulus"));
         for (const SolverKind kind : {SolverKind::fourier, SolverKind::cholesky}) {
             const auto solver = make_equilibrium_solver({{8, 8}, metallic_glass}, kind);
-            VectorField wrong = nodes(9, 9);
+            VectorField wrong(9, 9);
             CHECK(contains(message_of([&] { solver->solve(wrong, WallData::zero); }), "9 rows and 9 columns"));
         }
         CHECK(solver_kind("fastest") == SolverKind::fastest);
@@ -431,7 +418,7 @@ TEST_SUITE("equilibrium") {
                 for (const BoundaryConditions& boundary : combinations) {
                     const BoundaryValueProblem problem{grid, metallic_glass, boundary, stiffness};
                     CholeskyEquilibrium equilibrium(problem);
-                    const VectorField any = random_field(nodes(equilibrium.node_rows(), equilibrium.node_columns()), 7);
+                    const VectorField any = random_field(VectorField(equilibrium.node_rows(), equilibrium.node_columns()), 7);
                     const VectorField load = assembled_reference(problem, any); // balanced, being the image of something
                     VectorField w = load;
                     const auto for_each_prescribed = [&](const auto& visit) {
@@ -502,7 +489,7 @@ TEST_SUITE("equilibrium") {
         const Grid grid{6, 6, 2.0, 2.0};
         const auto refusal = [&](const BoundaryConditions& boundary, const auto& force) {
             CholeskyEquilibrium equilibrium({grid, metallic_glass, boundary, Stiffness::full});
-            VectorField f = nodes(equilibrium.node_rows(), equilibrium.node_columns());
+            VectorField f(equilibrium.node_rows(), equilibrium.node_columns());
             for (int j = 0; j < f.u.rows(); ++j)
                 for (int i = 0; i < f.u.columns(); ++i)
                     force(grid.x(i), grid.y(j), f.u(i, j), f.v(i, j));
@@ -531,7 +518,7 @@ TEST_SUITE("equilibrium") {
         const double strain = traction / (alpha - beta * beta / alpha);
         for (const Stiffness stiffness : {Stiffness::exact, Stiffness::full}) {
             CholeskyEquilibrium equilibrium({grid, metallic_glass, boundary, stiffness});
-            VectorField w = nodes(equilibrium.node_rows(), equilibrium.node_columns());
+            VectorField w(equilibrium.node_rows(), equilibrium.node_columns());
             for (int j = 0; j <= grid.cells_y; ++j)
                 w.u(grid.cells_x, j) = traction * grid.dy() * (j == 0 || j == grid.cells_y ? 0.5 : 1.0);
             equilibrium.solve(w);

@@ -42,10 +42,6 @@ inline Scene scene_on(const Grid& grid, Model model, const WallVelocity& walls, 
             .walls = WallHistory(std::vector<WallKnot>{{0.0, walls}})};
 }
 
-inline VectorField corners(const Grid& grid) {
-    return {Field(grid.cells_y + 1, grid.cells_x), Field(grid.cells_y + 1, grid.cells_x)};
-}
-
 inline std::array<Field*, 5> fields_of(CellState& c) {
     return {&c.stress.p, &c.stress.s, &c.stress.tau, &c.stress.q, &c.internal};
 }

@@ -1,4 +1,5 @@
 #include "io_scratch.hpp"
+#include "messages.hpp"
 
 #include <ductile/io/atomic_file.hpp>
 #include <ductile/io/checkpoint.hpp>
@@ -15,8 +16,6 @@
 
 using namespace ductile;
 using namespace ductile::io;
-using scratch::has;
-using scratch::message;
 namespace fs = std::filesystem;
 
 namespace {
@@ -99,33 +98,33 @@ TEST_CASE("reading what is not there or not right is an InputError that names fi
     made.close();
 
     const Hdf5File file = Hdf5File::open(folder / "a.h5");
-    CHECK(has(message<InputError>([&] { file.read("none", array.view()); }), "a.h5: 'none' is missing"));
-    CHECK(has(message<InputError>([&] { file.read("array", wrong.view()); }), "'array' is 3 x 5 values, expected 5 x 3"));
-    CHECK(has(message<InputError>([&] { (void)file.read_doubles("array"); }), "'array' has 2 dimensions, expected 1"));
-    CHECK(has(message<InputError>([&] { (void)file.read_text("array"); }), "cannot read 'array' as text"));
-    CHECK(has(message<InputError>([&] { (void)file.double_attribute("array", "units"); }),
-              "attribute 'units' of 'array' is missing"));
-    CHECK(has(message<InputError>([&] { (void)file.members("array"); }), "group 'array' is missing"));
+    CHECK(contains(message_of<InputError>([&] { file.read("none", array.view()); }), "a.h5: 'none' is missing"));
+    CHECK(contains(message_of<InputError>([&] { file.read("array", wrong.view()); }), "'array' is 3 x 5 values, expected 5 x 3"));
+    CHECK(contains(message_of<InputError>([&] { (void)file.read_doubles("array"); }), "'array' has 2 dimensions, expected 1"));
+    CHECK(contains(message_of<InputError>([&] { (void)file.read_text("array"); }), "cannot read 'array' as text"));
+    CHECK(contains(message_of<InputError>([&] { (void)file.double_attribute("array", "units"); }),
+                   "attribute 'units' of 'array' is missing"));
+    CHECK(contains(message_of<InputError>([&] { (void)file.members("array"); }), "group 'array' is missing"));
 
-    CHECK(has(message<InputError>([&] { (void)Hdf5File::open(folder / "b.h5"); }), "b.h5: there is no such file"));
+    CHECK(contains(message_of<InputError>([&] { (void)Hdf5File::open(folder / "b.h5"); }), "b.h5: there is no such file"));
     scratch::write(folder / "text.h5", "this is text, and long enough to be looked at twice");
-    CHECK(has(message<InputError>([&] { (void)Hdf5File::open(folder / "text.h5"); }), "not an HDF5 file"));
+    CHECK(contains(message_of<InputError>([&] { (void)Hdf5File::open(folder / "text.h5"); }), "not an HDF5 file"));
     fs::copy_file(folder / "a.h5", folder / "short.h5");
     fs::resize_file(folder / "short.h5", fs::file_size(folder / "a.h5") / 2);
-    CHECK(has(message<InputError>([&] { (void)Hdf5File::open(folder / "short.h5"); }), "truncated"));
+    CHECK(contains(message_of<InputError>([&] { (void)Hdf5File::open(folder / "short.h5"); }), "truncated"));
 }
 
 TEST_CASE("HDF5 writing without room or folder is a RunError") {
     const scratch::Folder folder;
-    CHECK(has(message<RunError>([&] { (void)Hdf5File::create(folder / "none/a.h5"); }), "cannot write a new file"));
+    CHECK(contains(message_of<RunError>([&] { (void)Hdf5File::create(folder / "none/a.h5"); }), "cannot write a new file"));
     Padded array(100, 100, 100);
     Hdf5File file = Hdf5File::create(folder / "a.h5");
     const scratch::FileSizeLimit limit(4096);
-    CHECK(has(message<RunError>([&] {
-                  file.write("array", array.view());
-                  file.close();
-              }),
-              "a.h5: cannot write"));
+    CHECK(contains(message_of<RunError>([&] {
+                       file.write("array", array.view());
+                       file.close();
+                   }),
+                   "a.h5: cannot write"));
 }
 
 TEST_CASE("a full disk that shows only when the file is closed is a RunError, too") {
@@ -134,7 +133,7 @@ TEST_CASE("a full disk that shows only when the file is closed is a RunError, to
     for (int i = 0; i < 50; ++i)
         file.create_group("group" + std::to_string(i));
     const scratch::FileSizeLimit limit(4096);
-    CHECK(has(message<RunError>([&] { file.close(); }), "a.h5: cannot write the file"));
+    CHECK(contains(message_of<RunError>([&] { file.close(); }), "a.h5: cannot write the file"));
 }
 
 TEST_CASE("an atomic file replaces the earlier one whole or not at all") {
@@ -148,8 +147,8 @@ TEST_CASE("an atomic file replaces the earlier one whole or not at all") {
     }
     {
         const scratch::FileSizeLimit limit(1000);
-        CHECK(has(message<RunError>([&] { write_text_atomically(folder / "a.txt", std::string(5000, 'x')); }),
-                  "a.txt: cannot write"));
+        CHECK(contains(message_of<RunError>([&] { write_text_atomically(folder / "a.txt", std::string(5000, 'x')); }),
+                       "a.txt: cannot write"));
     }
     CHECK(scratch::read(folder / "a.txt") == "second");
     CHECK_FALSE(fs::exists(folder / "a.txt.tmp"));
@@ -178,18 +177,19 @@ TEST_CASE("a new run moves an earlier one aside, a continued run stays") {
     }
     fs::create_directory(out / "old");
     scratch::write(out / "old/checkpoint.h5", "checkpoint");
-    CHECK(has(message<InputError>([&] { OutputFolder(out, out / "old/checkpoint.h5"); }), "together with the checkpoint"));
+    CHECK(
+        contains(message_of<InputError>([&] { OutputFolder(out, out / "old/checkpoint.h5"); }), "together with the checkpoint"));
 }
 
 TEST_CASE("an impossible output folder is an InputError that names it") {
     const scratch::Folder folder;
     scratch::write(folder / "file", "");
-    CHECK(has(message<InputError>([&] { OutputFolder(folder / "file"); }), "file: this is not a folder"));
-    CHECK(has(message<InputError>([&] { OutputFolder(folder / "file/below"); }), "file/below: cannot be made"));
-    CHECK(has(message<InputError>([&] { OutputFolder("/proc/ductile"); }), "/proc/ductile: cannot be made"));
-    CHECK(has(message<InputError>([&] { OutputFolder("/proc"); }), "/proc: files cannot be written there"));
+    CHECK(contains(message_of<InputError>([&] { OutputFolder(folder / "file"); }), "file: this is not a folder"));
+    CHECK(contains(message_of<InputError>([&] { OutputFolder(folder / "file/below"); }), "file/below: cannot be made"));
+    CHECK(contains(message_of<InputError>([&] { OutputFolder("/proc/ductile"); }), "/proc/ductile: cannot be made"));
+    CHECK(contains(message_of<InputError>([&] { OutputFolder("/proc"); }), "/proc: files cannot be written there"));
     const OutputFolder busy(folder / "out");
-    CHECK(has(message<InputError>([&] { OutputFolder(folder / "out"); }), "another run is writing there"));
+    CHECK(contains(message_of<InputError>([&] { OutputFolder(folder / "out"); }), "another run is writing there"));
 }
 
 TEST_CASE("a checkpoint gives every bit back") {
@@ -230,20 +230,22 @@ TEST_CASE("a checkpoint that does not fit says what, where and what to do") {
     Padded array(4, 3, 3), wrong(3, 4, 4);
     const fs::path path = folder / "c.h5";
     write_checkpoint(path, small_checkpoint(array.view()));
-    CHECK(has(message<InputError>([&] { CheckpointReader(path, "upsetting", 3); }), "written by shear_band, not by upsetting"));
-    CHECK(has(message<InputError>([&] { CheckpointReader(path, "shear_band", 4); }), "has format 3"));
+    CHECK(contains(message_of<InputError>([&] { CheckpointReader(path, "upsetting", 3); }),
+                   "written by shear_band, not by upsetting"));
+    CHECK(contains(message_of<InputError>([&] { CheckpointReader(path, "shear_band", 4); }), "has format 3"));
     const CheckpointReader reader(path, "shear_band", 3);
-    CHECK(has(message<InputError>([&] { reader.read_array("stress/p", wrong.view()); }), "'stress/p' has 4 x 3 values"));
-    CHECK(has(message<InputError>([&] { reader.read_array("stress/q", wrong.view()); }), "'arrays/stress/q' is missing"));
-    CHECK(has(message<InputError>([&] { (void)reader.scalar("dt"); }), "attribute 'dt' of 'scalars' is missing"));
-    CHECK(has(message<InputError>([&] {
-                  reader.require_cells({64, 64});
-              }),
-              "holds a grid of 128 x 64 cells, the run has 64 x 64: use --cells 128x64"));
+    CHECK(contains(message_of<InputError>([&] { reader.read_array("stress/p", wrong.view()); }), "'stress/p' has 4 x 3 values"));
+    CHECK(contains(message_of<InputError>([&] { reader.read_array("stress/q", wrong.view()); }), "'arrays/stress/q' is missing"));
+    CHECK(contains(message_of<InputError>([&] { (void)reader.scalar("dt"); }), "attribute 'dt' of 'scalars' is missing"));
+    CHECK(contains(message_of<InputError>([&] {
+                       reader.require_cells({64, 64});
+                   }),
+                   "holds a grid of 128 x 64 cells, the run has 64 x 64: use --cells 128x64"));
     CHECK(reader.history().columns.empty());
     Hdf5File other = Hdf5File::create(folder / "other.h5");
     other.close();
-    CHECK(has(message<InputError>([&] { CheckpointReader(folder / "other.h5", "shear_band", 3); }), "this is not a checkpoint"));
+    CHECK(contains(message_of<InputError>([&] { CheckpointReader(folder / "other.h5", "shear_band", 3); }),
+                   "this is not a checkpoint"));
 }
 
 TEST_CASE("a checkpoint that cannot be written leaves the earlier one intact") {
@@ -253,7 +255,8 @@ TEST_CASE("a checkpoint that cannot be written leaves the earlier one intact") {
     const std::string before = scratch::read(folder / "c.h5");
     for (const rlim_t bytes : {0, 1000, 20'000, 79'000}) {
         const scratch::FileSizeLimit limit(bytes);
-        CHECK(has(message<RunError>([&] { write_checkpoint(folder / "c.h5", small_checkpoint(array.view())); }), "cannot write"));
+        CHECK(contains(message_of<RunError>([&] { write_checkpoint(folder / "c.h5", small_checkpoint(array.view())); }),
+                       "cannot write"));
     }
     CHECK(scratch::read(folder / "c.h5") == before);
     CHECK_FALSE(fs::exists(folder / "c.h5.tmp"));

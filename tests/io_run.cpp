@@ -1,4 +1,5 @@
 #include "io_scratch.hpp"
+#include "messages.hpp"
 
 #include <ductile/io/history.hpp>
 #include <ductile/io/interrupt.hpp>
@@ -20,8 +21,6 @@
 
 using namespace ductile;
 using namespace ductile::io;
-using scratch::has;
-using scratch::message;
 namespace fs = std::filesystem;
 
 namespace {
@@ -120,10 +119,10 @@ TEST_CASE("a continued run keeps the snapshots up to its checkpoint, from a kill
     }
     SnapshotGrid other = grid;
     other.cells_x = 5;
-    CHECK(has(message<InputError>([&] {
-                  SnapshotWriter(folder / "fields.h5", "shear_band", other, EarlierSnapshots{folder / "fields.h5", 1.0});
-              }),
-              "the earlier snapshots are on another grid"));
+    CHECK(contains(message_of<InputError>([&] {
+                       SnapshotWriter(folder / "fields.h5", "shear_band", other, EarlierSnapshots{folder / "fields.h5", 1.0});
+                   }),
+                   "the earlier snapshots are on another grid"));
 }
 
 TEST_CASE("a full disk stops at the first snapshot without room; those before stay whole under the final name") {
@@ -133,9 +132,9 @@ TEST_CASE("a full disk stops at the first snapshot without room; those before st
         SnapshotWriter writer(folder / "fields.h5", "shear_band", grid);
         scene.write(writer, 0.5);
         const scratch::FileSizeLimit limit(fs::file_size(folder / "fields.h5.partial") + 1000);
-        const std::string text = message<RunError>([&] { scene.write(writer, 1.0); });
-        CHECK(has(text, "fields.h5: no room for the next snapshot"));
-        CHECK(has(text, "earlier snapshots kept: 1"));
+        const std::string text = message_of<RunError>([&] { scene.write(writer, 1.0); });
+        CHECK(contains(text, "fields.h5: no room for the next snapshot"));
+        CHECK(contains(text, "earlier snapshots kept: 1"));
     }
     CHECK(Hdf5File::open(folder / "fields.h5").members("snapshots").size() == 1);
     check_xdmf(folder / "fields.xdmf", 1);
@@ -146,7 +145,7 @@ TEST_CASE("a snapshot field of the wrong shape is refused before the file is tou
     const Scene scene;
     SnapshotWriter writer(folder / "fields.h5", "shear_band", grid);
     const SnapshotField wrong[] = {{"pressure", "Pa", Centring::cell, {scene.pressure.data(), 4, 3, 3}}};
-    CHECK(has(message<RunError>([&] { writer.write(0.5, 1, wrong); }), "'pressure' has 4 x 3 values"));
+    CHECK(contains(message_of<RunError>([&] { writer.write(0.5, 1, wrong); }), "'pressure' has 4 x 3 values"));
     CHECK(writer.times().empty());
 }
 
@@ -173,14 +172,15 @@ TEST_CASE("the history can be followed, is exact, and is continuous after a rest
         CHECK(scratch::read(folder / "continued.csv") == scratch::read(folder / "whole.csv"));
         CHECK(continued.table().column("stress_Pa").back() == std::sqrt(every == 1 ? 10.0 : 9.0));
     }
-    CHECK(has(scratch::read(folder / "whole.csv"), "time_s,stress_Pa\n0,0\n0.30000000000000004,1.7320508075688772\n"));
-    CHECK(has(scratch::read(folder / "whole.csv"), "\n1,3.1622776601683795\n")); // the last row, though it is not a third one
+    CHECK(contains(scratch::read(folder / "whole.csv"), "time_s,stress_Pa\n0,0\n0.30000000000000004,1.7320508075688772\n"));
+    CHECK(
+        contains(scratch::read(folder / "whole.csv"), "\n1,3.1622776601683795\n")); // the last row, though it is not a third one
 
     History other(folder / "other.csv", {"time_s"});
-    CHECK(has(message<InputError>([&] { other.restore({.columns = columns}); }), "start a new run"));
-    CHECK(has(message<RunError>([&] { other.append({1.0, 2.0}); }), "a row of 2 values for 1 columns"));
-    CHECK(has(message<RunError>([&] { (void)other.table().column("load_N"); }), "no column 'load_N'"));
-    CHECK(has(message<RunError>([&] { History(folder / "none/h.csv", columns); }), "cannot create"));
+    CHECK(contains(message_of<InputError>([&] { other.restore({.columns = columns}); }), "start a new run"));
+    CHECK(contains(message_of<RunError>([&] { other.append({1.0, 2.0}); }), "a row of 2 values for 1 columns"));
+    CHECK(contains(message_of<RunError>([&] { (void)other.table().column("load_N"); }), "no column 'load_N'"));
+    CHECK(contains(message_of<RunError>([&] { History(folder / "none/h.csv", columns); }), "cannot create"));
 }
 
 TEST_CASE("a history that cannot be written is a RunError") {
@@ -189,7 +189,7 @@ TEST_CASE("a history that cannot be written is a RunError") {
     for (int i = 0; i < 1000; ++i)
         history.append({1.0 / i});
     const scratch::FileSizeLimit limit(5000);
-    CHECK(has(message<RunError>([&] { history.finish(); }), "cannot write the history"));
+    CHECK(contains(message_of<RunError>([&] { history.finish(); }), "cannot write the history"));
     CHECK(fs::exists(folder / "h.csv.partial"));
 }
 
@@ -215,18 +215,18 @@ TEST_CASE("the summary says everything, in order") {
           "linear_iterations", "residual_evaluations", "jacobian_products", "wall_seconds", "peak_memory_bytes"})
         CHECK(json.contains(key));
     const std::string text = describe(summary, folder / "");
-    CHECK(has(text, "upsetting: failed\n"));
-    CHECK(has(text, "transfer   1.5 s (75 %)"));
-    CHECK(has(text, "load         3.5 N\n"));
-    CHECK_FALSE(has(text, "rejected"));
-    CHECK(has(text, "(summary.json)"));
+    CHECK(contains(text, "upsetting: failed\n"));
+    CHECK(contains(text, "transfer   1.5 s (75 %)"));
+    CHECK(contains(text, "load         3.5 N\n"));
+    CHECK_FALSE(contains(text, "rejected"));
+    CHECK(contains(text, "(summary.json)"));
 }
 
 TEST_CASE("the progress line tells where a run stands and costs next to nothing") {
     const Progress continued({.duration_s = 10.0, .start_s = 2.0, .quiet = true});
     CHECK(continued.line({.time_s = 4.0, .step = 12, .dt_s = 1e-3, .limit = "accuracy"}, 10.0) ==
           " 40.0 %  step 12  dt 0.001 s (accuracy)  elapsed 10.0 s  remaining 30.0 s");
-    CHECK(has(continued.line({.time_s = 2.0}, 0.0), "remaining -"));
+    CHECK(contains(continued.line({.time_s = 2.0}, 0.0), "remaining -"));
     Progress progress({.duration_s = 1.0});
     constexpr int updates = 200'000;
     const auto start = std::chrono::steady_clock::now();
@@ -258,14 +258,14 @@ TEST_CASE("a curve in the terminal has its axes and ticks") {
     const std::string plot = terminal_plot(x, y, {.title = "loading", .x_label = "strain", .y_label = "stress [Pa]"});
     CHECK(std::ranges::count(plot, '\n') == 21); // title, y label, 16 lines, axis, its labels, x label
     for (const char* part : {"loading\nstress [Pa]\n", "4e+09 ┤", "0 ┤", "└┬─", "0.2", "strain\n", "⡠"})
-        CHECK(has(plot, part));
+        CHECK(contains(plot, part));
     const std::vector<double> constant(5, 3.0), gap = {1.0, std::nan(""), 2.0, std::numeric_limits<double>::infinity(), 1.0};
-    CHECK(has(terminal_plot(x, constant, {}), "3 ┤"));
+    CHECK(contains(terminal_plot(x, constant, {}), "3 ┤"));
     const std::vector<double> stress = {0.0, 300.0, 600.0, 900.0, 1050.0};
-    CHECK(has(terminal_plot(x, stress, {}), "\n1000 ┤"));
-    CHECK(has(terminal_plot(x, gap, {}), "1.4 ┤"));
-    CHECK(has(terminal_plot({}, {}, {}), "└"));
-    CHECK(has(message<InputError>([&] { (void)terminal_plot(x, {}, {}); }), "5 values of x for 0 values of y"));
+    CHECK(contains(terminal_plot(x, stress, {}), "\n1000 ┤"));
+    CHECK(contains(terminal_plot(x, gap, {}), "1.4 ┤"));
+    CHECK(contains(terminal_plot({}, {}, {}), "└"));
+    CHECK(contains(message_of<InputError>([&] { (void)terminal_plot(x, {}, {}); }), "5 values of x for 0 values of y"));
 }
 
 TEST_CASE("times and sizes for people") {

@@ -57,16 +57,4 @@ inline std::string read(const fs::path& path) {
 
 inline void write(const fs::path& path, const std::string& text) { std::ofstream(path) << text; }
 
-/// What an action of this error type says; "no error" if it succeeds.
-template <class E, class Action> std::string message(Action&& action) {
-    try {
-        action();
-    } catch (const E& error) {
-        return error.what();
-    }
-    return "no error";
-}
-
-inline bool has(const std::string& text, const std::string& part) { return text.find(part) != text.npos; }
-
 } // namespace scratch

@@ -73,7 +73,7 @@ Reference reference(const Scene& scene, const Law& law, Predictor predictor, con
                     double dt, const Rk21Options& options) {
     const Grid& grid = scene.grid;
     const int m = grid.cells_x, n = grid.cells_y;
-    Reference r{.next = CellState(grid), .force = fields::corners(grid), .counts = {}};
+    Reference r{.next = CellState(grid), .force = VectorField(grid), .counts = {}};
     const auto column = [m](int i) { return (i % m + m) % m; };
     for (int j = 0; j < n; ++j)
         for (int i = 0; i < m; ++i) {
@@ -188,7 +188,7 @@ struct Problem {
 
 Problem random_problem(const Grid& grid, const Law& law, unsigned seed) {
     std::mt19937 engine(seed);
-    Problem problem{CellState(grid), fields::corners(grid)};
+    Problem problem{CellState(grid), VectorField(grid)};
     fields::fill_smoothly(problem.cells.stress.p, engine, 0.1, 0.5);
     fields::fill_smoothly(problem.cells.stress.s, engine, 0.2, 0.4);
     fields::fill_smoothly(problem.cells.stress.tau, engine, 0.95, 0.4);
@@ -235,7 +235,7 @@ TEST_SUITE("predictor") {
                         const Rk21Options options{.absolute_tolerance = 1e-5, .relative_tolerance = 1e-5, .exact_components = 1};
                         const Reference expected = reference(scene, law, predictor, before, problem.velocity, dt, options);
                         CellState next(grid);
-                        VectorField force = fields::corners(grid);
+                        VectorField force(grid);
                         const PredictorReport report =
                             predict(scene, predictor, problem.cells, problem.velocity, dt, options, next, force);
                         CAPTURE(grid.cells_x);
@@ -278,8 +278,8 @@ TEST_SUITE("predictor") {
                 for (int j = 0; j < grid.cells_y; ++j)
                     std::fill_n(now.internal.row(j), now.internal.columns(), 0.03);
                 fields::wrap(now.internal);
-                const VectorField still = fields::corners(grid);
-                VectorField force = fields::corners(grid);
+                const VectorField still(grid);
+                VectorField force(grid);
                 const PredictorReport report = predict(scene, predictor, now, still, dt, fields::pointwise(dt), next, force);
                 for (const Field* f : {&next.stress.p, &next.stress.s, &next.stress.tau, &next.stress.q})
                     CHECK(fields::largest(*f) == 0.0);
@@ -296,7 +296,7 @@ TEST_SUITE("predictor") {
                     const Scene scene = fields::scene_on(grid, model, {2e-7, 0.0});
                     Problem problem = random_problem(grid, stz_law, 11);
                     CellState expected(grid);
-                    VectorField expected_force = fields::corners(grid);
+                    VectorField expected_force(grid);
                     set_thread_count(1);
                     const Rk21Counts counts = predict(scene, predictor, problem.cells, problem.velocity, dt,
                                                       fields::pointwise(dt, 1e-9), expected, expected_force)
@@ -304,7 +304,7 @@ TEST_SUITE("predictor") {
                     for (const int threads : {2, 3}) {
                         set_thread_count(threads);
                         CellState next(grid);
-                        VectorField force = fields::corners(grid);
+                        VectorField force(grid);
                         const Rk21Counts others = predict(scene, predictor, problem.cells, problem.velocity, dt,
                                                           fields::pointwise(dt, 1e-9), next, force)
                                                       .counts;
@@ -335,7 +335,7 @@ TEST_SUITE("predictor") {
                 fields::wrap(*f);
             const auto advance = [&](const CellState& cells) {
                 CellState now = cells, next(grid);
-                VectorField force = fields::corners(grid);
+                VectorField force(grid);
                 (void)predict(scene, predictor, now, problem.velocity, dt, fields::pointwise(dt, 1e-9), next, force);
                 return next;
             };
@@ -363,7 +363,7 @@ TEST_SUITE("predictor") {
             problem.cells.stress.tau(8, 4) = std::numeric_limits<double>::quiet_NaN();
             fields::wrap(problem.cells.stress.tau);
             CellState next(grid);
-            VectorField force = fields::corners(grid);
+            VectorField force(grid);
             CHECK(
                 predict(scene, predictor, problem.cells, problem.velocity, dt, fields::pointwise(dt), next, force).counts.failed);
         }

@@ -1,4 +1,5 @@
 #include "io_scratch.hpp"
+#include "messages.hpp"
 
 #include <ductile/base/threads.hpp>
 #include <ductile/io/interrupt.hpp>
@@ -14,8 +15,6 @@
 
 using namespace ductile;
 using namespace ductile::io;
-using scratch::has;
-using scratch::message;
 namespace fs = std::filesystem;
 
 namespace {
@@ -56,7 +55,7 @@ struct Demo {
 };
 
 std::string refusal(const std::vector<std::string>& arguments) {
-    return message<InputError>([&] { (void)Demo().parse(arguments); });
+    return message_of<InputError>([&] { (void)Demo().parse(arguments); });
 }
 
 /// What an action writes to a standard stream.
@@ -100,27 +99,27 @@ TEST_CASE("options of every kind are read from the command line; the last of sev
 TEST_CASE("impossible values are refused with the option's name and what is allowed") {
     for (const char* value : {"0", "-1", "nan", "inf", "1e400", "1e-400", "x", "", "1 2", "0x10", "--quiet"}) {
         CAPTURE(value);
-        CHECK(has(refusal({"--dt", value}), std::string("--dt ") + value + ": "));
-        CHECK(has(refusal({"--dt", value}), "must be a finite number above 0"));
+        CHECK(contains(refusal({"--dt", value}), std::string("--dt ") + value + ": "));
+        CHECK(contains(refusal({"--dt", value}), "must be a finite number above 0"));
     }
     for (const char* value : {"12.5", "-4", "0", "4x", "x4", "4x4x4", "1e3", "99999999999999999999", "4x-1"}) {
         CAPTURE(value);
-        CHECK(has(refusal({"--cells", value}), std::string("--cells ") + value + ": it must be N or MxN"));
+        CHECK(contains(refusal({"--cells", value}), std::string("--cells ") + value + ": it must be N or MxN"));
     }
     for (const char* value : {"12.5", "0", "-1", "1e3", "9999999999"})
-        CHECK(has(refusal({"--steps", value}), std::string("--steps ") + value + ": it must be a whole number"));
-    CHECK(has(refusal({"--snapshots", "1,,2"}), "element '' is wrong"));
-    CHECK(has(refusal({"--snapshots", "1,-2"}), "element '-2' is wrong: it must be a finite number at least 0"));
-    CHECK(has(refusal({"--model", "none"}), "--model none: it must be one of full, reduced"));
-    CHECK(has(refusal({"--symmetric=maybe"}), "--symmetric maybe: it must be true or false"));
-    CHECK(has(refusal({"--threads", "0"}), "--threads 0: it must be a whole number from 1 to 4096"));
-    CHECK(has(refusal({"--no-such-option"}), "--no-such-option"));
-    CHECK(has(refusal({"stray"}), "stray"));
-    CHECK(has(refusal({"--dt"}), "--dt"));
-    CHECK(has(refusal({"--output", ""}), "--output: it must name a folder"));
-    CHECK(has(refusal({"--restart", "none.h5"}), "none.h5: there is no such file"));
-    CHECK(has(refusal({"--config", "none.toml"}), "none.toml: the file cannot be read"));
-    CHECK(has(refusal({"--config", "/"}), "the file cannot be read"));
+        CHECK(contains(refusal({"--steps", value}), std::string("--steps ") + value + ": it must be a whole number"));
+    CHECK(contains(refusal({"--snapshots", "1,,2"}), "element '' is wrong"));
+    CHECK(contains(refusal({"--snapshots", "1,-2"}), "element '-2' is wrong: it must be a finite number at least 0"));
+    CHECK(contains(refusal({"--model", "none"}), "--model none: it must be one of full, reduced"));
+    CHECK(contains(refusal({"--symmetric=maybe"}), "--symmetric maybe: it must be true or false"));
+    CHECK(contains(refusal({"--threads", "0"}), "--threads 0: it must be a whole number from 1 to 4096"));
+    CHECK(contains(refusal({"--no-such-option"}), "--no-such-option"));
+    CHECK(contains(refusal({"stray"}), "stray"));
+    CHECK(contains(refusal({"--dt"}), "--dt"));
+    CHECK(contains(refusal({"--output", ""}), "--output: it must name a folder"));
+    CHECK(contains(refusal({"--restart", "none.h5"}), "none.h5: there is no such file"));
+    CHECK(contains(refusal({"--config", "none.toml"}), "none.toml: the file cannot be read"));
+    CHECK(contains(refusal({"--config", "/"}), "the file cannot be read"));
 }
 
 TEST_CASE("--print-config prints a file that gives the same options") {
@@ -129,8 +128,8 @@ TEST_CASE("--print-config prints a file that gives the same options") {
         CHECK_FALSE(
             first.parse({"--dt", "0.1234567890123456", "--cells", "7x9", "--snapshots", "", "--quiet", "--print-config"}));
     });
-    CHECK(has(text, "# time step [s]; above 0 (default 0.1)\ndt=0.1234567890123456\n"));
-    CHECK(has(text, "snapshots=\"\"\n"));
+    CHECK(contains(text, "# time step [s]; above 0 (default 0.1)\ndt=0.1234567890123456\n"));
+    CHECK(contains(text, "snapshots=\"\"\n"));
     const scratch::Folder folder;
     scratch::write(folder / "a.toml", text);
     Demo second;
@@ -151,8 +150,8 @@ TEST_CASE("--help shows topics, units and defaults; --version the version") {
     const std::string help = captured(STDOUT_FILENO, [] { CHECK_FALSE(Demo().parse({"--help"})); });
     for (const char* part : {"Physics:", "General:", "time step [s]; above 0 (default 0.1)",
                              "one of full, reduced (default reduced)", "(default 64x32)", "--checkpoint-every", "--print-config"})
-        CHECK(has(help, part));
-    CHECK(has(captured(STDOUT_FILENO, [] { CHECK_FALSE(Demo().parse({"--version"})); }), "demo (ductile) "));
+        CHECK(contains(help, part));
+    CHECK(contains(captured(STDOUT_FILENO, [] { CHECK_FALSE(Demo().parse({"--version"})); }), "demo (ductile) "));
 }
 
 TEST_CASE("a configuration file with unknown keys, wrong types or impossible values is refused with its line") {
@@ -161,30 +160,30 @@ TEST_CASE("a configuration file with unknown keys, wrong types or impossible val
         scratch::write(folder / "a.toml", "# comment\n" + text);
         return refusal({"--config", (folder / "a.toml").string()});
     };
-    CHECK(has(refused("dtt = 1"), "a.toml, line 2: unknown key 'dtt'"));
-    CHECK(has(refused("help = true"), "unknown key 'help'"));
-    CHECK(has(refused("dt = \"fast\""), "line 2: --dt fast: it must be a finite number above 0"));
-    CHECK(has(refused("dt = [1, 2]"), "line 2: key 'dt' has 2 values"));
-    CHECK(has(refused("steps = 1.5"), "--steps 1.5: it must be a whole number"));
-    CHECK(has(refused("symmetric = 1"), "--symmetric 1: it must be true or false"));
-    CHECK(has(refused("title = bare words"), "key 'title' has 2 values: it must have one (texts stand in quotes)"));
-    CHECK(has(refused("cells = 1.5"), "--cells 1.5: it must be N or MxN"));
-    CHECK(has(refused("snapshots = [1, \"x\"]"), "element 'x' is wrong"));
-    CHECK(has(refused("dt = 0"), "line 2: --dt 0: it must be a finite number above 0"));
-    CHECK(has(refused("dt = nan"), "--dt nan"));
-    CHECK(has(refused("dt = 1\ndt = 2"), "line 3: key 'dt' is given twice (first in line 2)"));
+    CHECK(contains(refused("dtt = 1"), "a.toml, line 2: unknown key 'dtt'"));
+    CHECK(contains(refused("help = true"), "unknown key 'help'"));
+    CHECK(contains(refused("dt = \"fast\""), "line 2: --dt fast: it must be a finite number above 0"));
+    CHECK(contains(refused("dt = [1, 2]"), "line 2: key 'dt' has 2 values"));
+    CHECK(contains(refused("steps = 1.5"), "--steps 1.5: it must be a whole number"));
+    CHECK(contains(refused("symmetric = 1"), "--symmetric 1: it must be true or false"));
+    CHECK(contains(refused("title = bare words"), "key 'title' has 2 values: it must have one (texts stand in quotes)"));
+    CHECK(contains(refused("cells = 1.5"), "--cells 1.5: it must be N or MxN"));
+    CHECK(contains(refused("snapshots = [1, \"x\"]"), "element 'x' is wrong"));
+    CHECK(contains(refused("dt = 0"), "line 2: --dt 0: it must be a finite number above 0"));
+    CHECK(contains(refused("dt = nan"), "--dt nan"));
+    CHECK(contains(refused("dt = 1\ndt = 2"), "line 3: key 'dt' is given twice (first in line 2)"));
     for (const char* no_pair : {"dt", "symmetric", "= 1", "x =", "[time]\ndt = 1", "[default]", "time.dt = 1", "; dt = 1"})
-        CHECK(has(refused(no_pair), "a.toml, line 2: "));
-    CHECK(has(refused("symmetric"), "expected key = value"));
-    CHECK(has(refused("dt = "), "--dt : it must be"));
-    CHECK(has(refused("dt = 1 2"), "key 'dt' has 2 values"));
-    CHECK(has(refused("dt = 2020-01-01"), "--dt 2020-01-01"));
-    CHECK(has(refused("[time]\ndt = 1"), "tables are not used"));
-    CHECK(has(refused("title = \"a"), "no closing quote"));
-    CHECK(has(refused("title = \"a \\\" # b\""), "backslashes are not understood"));
-    CHECK(has(refused("snapshots = [1 2]"), "element '1 2' is wrong"));
-    CHECK(has(refused("\n\nsnapshots = [1,\n 23"), "line 5: an array has no closing bracket"));
-    CHECK(has(refusal({"--title", "a \"b\""}), "--title a \"b\": it must not contain double quotes"));
+        CHECK(contains(refused(no_pair), "a.toml, line 2: "));
+    CHECK(contains(refused("symmetric"), "expected key = value"));
+    CHECK(contains(refused("dt = "), "--dt : it must be"));
+    CHECK(contains(refused("dt = 1 2"), "key 'dt' has 2 values"));
+    CHECK(contains(refused("dt = 2020-01-01"), "--dt 2020-01-01"));
+    CHECK(contains(refused("[time]\ndt = 1"), "tables are not used"));
+    CHECK(contains(refused("title = \"a"), "no closing quote"));
+    CHECK(contains(refused("title = \"a \\\" # b\""), "backslashes are not understood"));
+    CHECK(contains(refused("snapshots = [1 2]"), "element '1 2' is wrong"));
+    CHECK(contains(refused("\n\nsnapshots = [1,\n 23"), "line 5: an array has no closing bracket"));
+    CHECK(contains(refusal({"--title", "a \"b\""}), "--title a \"b\": it must not contain double quotes"));
     CHECK(refused("snapshots = [ 1, # one\n 20.5,\n]\ncells = 8\r\ntitle = 'a # b'  # c\n") == "no error");
     Demo demo;
     CHECK(demo.parse({"--config", (folder / "a.toml").string()}));
@@ -209,13 +208,13 @@ TEST_CASE("the command line goes before --config, --config before the checkpoint
     CHECK(demo.program.common().restart == checkpoint);
     CHECK(demo.program.common().output == folder / "run"); // a continued run stays where its checkpoint is
     REQUIRE(demo.program.open_restart(1));
-    CHECK(has(message<InputError>([&] { (void)demo.program.open_restart(2); }), "has format 1"));
+    CHECK(contains(message_of<InputError>([&] { (void)demo.program.open_restart(2); }), "has format 1"));
 
     Demo elsewhere;
     CHECK(elsewhere.parse({"--restart", checkpoint.string(), "--output", "x"}));
     CHECK(elsewhere.program.common().output == "x");
     store("gone = 1");
-    CHECK(has(refusal({"--restart", checkpoint.string()}), "checkpoint.h5, line 1: unknown key 'gone'"));
+    CHECK(contains(refusal({"--restart", checkpoint.string()}), "checkpoint.h5, line 1: unknown key 'gone'"));
 }
 
 TEST_CASE("--threads sets the number of threads") {
@@ -279,7 +278,7 @@ TEST_CASE("every exception becomes one message and a status") {
 
 TEST_CASE("bad input leaves nothing behind") {
     const scratch::Folder folder;
-    CHECK(has(refusal({"--output", (folder / "out").string(), "--dt", "0"}), "--dt 0"));
+    CHECK(contains(refusal({"--output", (folder / "out").string(), "--dt", "0"}), "--dt 0"));
     CHECK_FALSE(fs::exists(folder / "out"));
 }
 

@@ -28,7 +28,7 @@ CellState random_cells(const Grid& grid, unsigned seed) {
 /// Projects `cells`, the force being formed as the sweeps form it. Returns Q*.
 double project(const Scene& scene, EquilibriumSolver& solver, double dt, CellState& cells, VectorField* correction = nullptr) {
     Projection projection(scene, solver);
-    VectorField force = fields::corners(scene.grid);
+    VectorField force(scene.grid);
     divergence(scene.grid, cells.stress, -1.0 / dt, force);
     const double measure = projection.apply(force, {}, dt, cells);
     if (correction != nullptr)
@@ -250,7 +250,7 @@ TEST_SUITE("projection") {
         CellState still = start, moved = start;
         const double dt = 0.4, g = 0.03, e = -0.02, mu = scene.elasticity.shear_modulus, K = scene.elasticity.bulk_modulus;
         Projection projection(scene, *solver);
-        VectorField force = fields::corners(grid);
+        VectorField force(grid);
         divergence(grid, start.stress, -1.0 / dt, force);
         VectorField same = force;
         const double measure = projection.apply(force, {}, dt, still), other = projection.apply(same, {g, e}, dt, moved);
@@ -330,7 +330,7 @@ TEST_SUITE("projection") {
         cells.stress.s(4, 3) = std::numeric_limits<double>::quiet_NaN();
         const auto solver = fields::solver_for(scene);
         Projection projection(scene, *solver);
-        VectorField force = fields::corners(grid);
+        VectorField force(grid);
         divergence(grid, cells.stress, -1.0, force);
         CHECK_THROWS_AS(projection.apply(force, {}, 1.0, cells), RunError);
     }

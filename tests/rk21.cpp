@@ -1,5 +1,5 @@
+#include "messages.hpp"
 #include "rk21_reference.hpp"
-#include <ductile/base/error.hpp>
 #include <ductile/material/stz.hpp>
 #include <ductile/ode/rk21.hpp>
 #include <ductile/sundials/erk.hpp>
@@ -411,7 +411,6 @@ TEST_SUITE("rk21") {
             }
             return std::string("nothing");
         };
-        const auto contains = [](const std::string& text, const char* part) { return text.find(part) != std::string::npos; };
         CHECK(thrown_by(
                   [](double t, auto, auto rate) {
                       if (t > 0.5)

@@ -48,7 +48,7 @@ const std::vector<Grid> grids{Grid{4, 4, 1.0, 7.0},  Grid{5, 9, 3.0, 1.0},  Grid
 TEST_SUITE("staggered") {
     TEST_CASE_FIXTURE(fields::OneThread, "gradients of affine fields are exact") {
         for (const Grid& grid : grids) {
-            VectorField w = fields::corners(grid);
+            VectorField w(grid);
             for (int j = 0; j <= grid.cells_y; ++j) // not periodic: the images are written too
                 for (int i = -2; i < w.u.padded_columns() + 3; ++i) {
                     w.u.row(j)[i] = 0.3 + 0.7 * grid.x(i) - 1.9 * grid.y(j);
@@ -72,7 +72,7 @@ TEST_SUITE("staggered") {
     TEST_CASE_FIXTURE(fields::OneThread, "gradients are Eq. (2), periodic in x") {
         std::mt19937 engine(1);
         for (const Grid& grid : grids) {
-            VectorField w = fields::corners(grid);
+            VectorField w(grid);
             fields::fill_randomly(w.u, engine, -1.0, 1.0);
             fields::fill_randomly(w.v, engine, -1.0, 1.0);
             for (int j = 0; j < grid.cells_y; ++j)
@@ -120,7 +120,7 @@ TEST_SUITE("staggered") {
         std::mt19937 engine(3);
         for (const Grid& grid : grids) {
             const StressField stress = random_stress(grid, engine);
-            VectorField force = fields::corners(grid);
+            VectorField force(grid);
             for (Field* f : {&force.u, &force.v})
                 fields::fill_randomly(*f, engine, 5.0, 6.0); // overwritten, walls included
             const double factor = -0.37, dx = grid.dx(), dy = grid.dy();
@@ -148,7 +148,7 @@ TEST_SUITE("staggered") {
                     CHECK(std::abs(force.u(i, j) - factor * x) < 1e-14 * (dx + dy));
                     CHECK(std::abs(force.v(i, j) - factor * y) < 1e-14 * (dx + dy));
                 }
-            VectorField row = fields::corners(grid);
+            VectorField row(grid);
             divergence_row(grid, stress, factor, 2, row);
             for (int i = 0; i < m; ++i) {
                 CHECK(row.u(i, 2) == force.u(i, 2));
@@ -161,7 +161,7 @@ TEST_SUITE("staggered") {
         std::mt19937 engine(4);
         for (const Grid& grid : grids) {
             const StressField stress = random_stress(grid, engine);
-            VectorField w = fields::corners(grid), force = fields::corners(grid);
+            VectorField w(grid), force(grid);
             for (Field* f : {&w.u, &w.v}) {
                 fields::fill_randomly(*f, engine, -1.0, 1.0);
                 for (const int wall : {0, grid.cells_y}) { // B^T sigma is defined inside
@@ -191,12 +191,12 @@ TEST_SUITE("staggered") {
         std::mt19937 engine(5);
         const Grid grid{37, 11, 5.0, 0.2};
         const StressField stress = random_stress(grid, engine);
-        VectorField expected = fields::corners(grid);
+        VectorField expected(grid);
         set_thread_count(1);
         divergence(grid, stress, 1.0, expected);
         for (const int threads : {2, 3}) {
             set_thread_count(threads);
-            VectorField force = fields::corners(grid);
+            VectorField force(grid);
             divergence(grid, stress, 1.0, force);
             CHECK(fields::same_bits(force.u, expected.u));
             CHECK(fields::same_bits(force.v, expected.v));

@@ -225,20 +225,14 @@ def report(result, folders, reference_cells):
 
 
 def main():
-    parser = common.jobs_option(common.parser(__doc__))
-    parser.add_argument("--reference", metavar="N", type=int, default=2520, help="cells of the reference (default: %(default)s)")
-    options = parser.parse_args()
+    options = common.reference_option(common.jobs_option(common.parser(__doc__))).parse_args()
     folders = common.run_all(options.program, options.work, all_runs(options.reference), options.jobs)
     result = collect(folders, options.reference)
-
-    options.results.mkdir(parents=True, exist_ok=True)
-    text = report(result, folders, options.reference)
-    print(text)
-    (options.results / "adaptive.md").write_text(text)
     columns = list(next(iter(result.values())))
-    common.write_csv(options.results / "adaptive.csv", ["measure", "steps", "cells", *columns],
-                     [[meaning, bound.lstrip("-") or "bounded", cells, *(f"{run[c]:.6g}" for c in columns)]
-                      for (meaning, bound, cells), run in result.items()])
+    common.publish(options.results, "adaptive", report(result, folders, options.reference),
+                   ["measure", "steps", "cells", *columns],
+                   [[meaning, bound.lstrip("-") or "bounded", cells, *(f"{run[c]:.6g}" for c in columns)]
+                    for (meaning, bound, cells), run in result.items()])
     draw_histories(folders, options.results / "adaptive_histories.png")
     draw_errors(result, options.results / "adaptive_errors.png")
 

@@ -57,6 +57,11 @@ def jobs_option(p):
     return p
 
 
+def reference_option(p):
+    p.add_argument("--reference", metavar="N", type=int, default=2520, help="cells of the reference (default: %(default)s)")
+    return p
+
+
 def command(program, options):
     return [str(program)] + [f"--{name}={value}" for name, value in options.items()]
 
@@ -278,3 +283,11 @@ def write_csv(path, header, rows):
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(header)
         writer.writerows(rows)
+
+
+def publish(results, name, text, header, rows):
+    """Prints the report and keeps it as NAME.md beside its numbers, NAME.csv."""
+    results.mkdir(parents=True, exist_ok=True)
+    print(text)
+    (results / f"{name}.md").write_text(text)
+    write_csv(results / f"{name}.csv", header, rows)

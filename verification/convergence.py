@@ -177,19 +177,13 @@ def report(result, folders, reference_cells):
 
 
 def main():
-    parser = common.jobs_option(common.parser(__doc__))
-    parser.add_argument("--reference", metavar="N", type=int, default=2520, help="cells of the reference (default: %(default)s)")
-    options = parser.parse_args()
+    options = common.reference_option(common.jobs_option(common.parser(__doc__))).parse_args()
     folders = common.run_all(options.program, options.work, all_runs(options.reference), options.jobs)
     result = study(folders, options.reference)
-
-    options.results.mkdir(parents=True, exist_ok=True)
-    text = report(result, folders, options.reference)
-    print(text)
-    (options.results / "convergence.md").write_text(text)
-    common.write_csv(options.results / "convergence.csv", ["series", "cells", *LABELS, "lag of v"],
-                     [[series, cells, *(f"{e[field]:.6e}" for field in LABELS), f"{lag:.6e}"]
-                      for series, (errors, lags) in result.items() for cells, e, lag in zip(GRIDS, errors, lags)])
+    common.publish(options.results, "convergence", report(result, folders, options.reference),
+                   ["series", "cells", *LABELS, "lag of v"],
+                   [[series, cells, *(f"{e[field]:.6e}" for field in LABELS), f"{lag:.6e}"]
+                    for series, (errors, lags) in result.items() for cells, e, lag in zip(GRIDS, errors, lags)])
     draw(result, options.reference, options.results / "convergence.png")
 
 

@@ -48,15 +48,14 @@ def main():
     options = common.parser(__doc__, work="out/verification/readings").parse_args()
     folders = {name: common.run(options.program, options.work / str(i), BASE | change)
                for i, (name, change) in enumerate(READINGS.items())}
+    table = list(rows(folders))
     text = "\n".join([
         f"# Other readings of the paper\n\n{common.provenance()}\n",
         "Distances to the reading followed, at t = 35e4 t_s, divided by U, s_Y, chi_inf:\n",
-        common.markdown_table(["reading", "v", "sigma", "chi", "largest chi (K)", "mean sbar (MPa)"], rows(folders)),
+        common.markdown_table(["reading", "v", "sigma", "chi", "largest chi (K)", "mean sbar (MPa)"], table),
         "Initial chi by (C.3): {:.1f} to {:.1f} K with squares, {:.1f} to {:.1e} K as printed.\n".format(
             *pattern_range(True), *pattern_range(False))])
-    options.results.mkdir(parents=True, exist_ok=True)
-    (options.results / "readings.md").write_text(text)
-    print(text)
+    common.publish(options.results, "readings", text, ["reading", "v", "sigma", "chi", "largest_chi_K", "mean_sbar_MPa"], table)
 
 
 if __name__ == "__main__":

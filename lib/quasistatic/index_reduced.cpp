@@ -8,20 +8,11 @@
 
 namespace ductile::quasistatic {
 
-namespace {
-
-VectorField corner_field(const Grid& grid) {
-    return {Field(grid.cells_y + 1, grid.cells_x), Field(grid.cells_y + 1, grid.cells_x)};
-}
-
-} // namespace
-
 IndexReducedStepper::IndexReducedStepper(const Scene& scene, std::unique_ptr<EquilibriumSolver> solver, const PassOptions& passes,
                                          State state)
     : scene_(scene), solver_(std::move(solver)), lines_(scene, *solver_, passes), state_(std::move(state)), rate_(scene.grid),
       next_(scene.grid), next_rate_(scene.grid),
-      earlier_velocity_(corner_field(scene.grid)), stage_velocity_{corner_field(scene.grid), corner_field(scene.grid),
-                                                                   corner_field(scene.grid)},
+      earlier_velocity_(scene.grid), stage_velocity_{VectorField(scene.grid), VectorField(scene.grid), VectorField(scene.grid)},
       internal_scale_(std::visit([](const auto& model) { return model.internal_scale(); }, scene.plasticity)) {}
 
 void IndexReducedStepper::provide_start_rate() {

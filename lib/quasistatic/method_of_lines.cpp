@@ -87,9 +87,7 @@ double add_walls_and_compare(const Grid& grid, const WallVelocity& wall, const V
 } // namespace
 
 MethodOfLines::MethodOfLines(const Scene& scene, EquilibriumSolver& solver, const PassOptions& passes)
-    : scene_(scene), solver_(solver), passes_(passes), next_velocity_{Field(scene.grid.cells_y + 1, scene.grid.cells_x),
-                                                                      Field(scene.grid.cells_y + 1, scene.grid.cells_x)},
-      speed_scale_(0.0) {
+    : scene_(scene), solver_(solver), passes_(passes), next_velocity_(scene.grid), speed_scale_(0.0) {
     for (const WallKnot& knot : scene.walls.knots())
         speed_scale_ = std::max({speed_scale_, std::abs(knot.velocity.u), std::abs(knot.velocity.v)});
     if (speed_scale_ == 0.0)

@@ -68,7 +68,7 @@ double Projection::apply(VectorField& force, const WallVelocity& wall_gradient, 
 
 double equilibrium_residual(const Scene& scene, const CellState& cells) {
     const Grid& grid = scene.grid;
-    VectorField force{Field(grid.cells_y + 1, grid.cells_x), Field(grid.cells_y + 1, grid.cells_x)};
+    VectorField force(grid);
     divergence(grid, cells.stress, 1.0, force);
     double largest_force = 0.0, largest_stress = 0.0;
     for (int j = 1; j < grid.cells_y; ++j)

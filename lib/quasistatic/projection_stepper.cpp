@@ -10,10 +10,6 @@ namespace ductile::quasistatic {
 
 namespace {
 
-VectorField corner_field(const Grid& grid) {
-    return {Field(grid.cells_y + 1, grid.cells_x), Field(grid.cells_y + 1, grid.cells_x)};
-}
-
 void add_rows(const VectorField& from, VectorField& to) {
 #pragma omp parallel for schedule(static)
     for (int j = 0; j < to.u.rows(); ++j)
@@ -37,8 +33,7 @@ Rk21Options PointwiseTolerance::options(const Grid& grid, double dt) const {
 ProjectionStepper::ProjectionStepper(const Scene& scene, Predictor predictor, const PointwiseTolerance& pointwise,
                                      std::unique_ptr<EquilibriumSolver> solver, State state)
     : scene_(scene), predictor_(predictor), pointwise_(pointwise), solver_(std::move(solver)), projection_(scene, *solver_),
-      state_(std::move(state)), next_(scene.grid), base_velocity_(corner_field(scene.grid)),
-      correction_(corner_field(scene.grid)) {}
+      state_(std::move(state)), next_(scene.grid), base_velocity_(scene.grid), correction_(scene.grid) {}
 
 StepAttempt ProjectionStepper::attempt(double dt, double end) {
     Timer timer;

@@ -152,7 +152,7 @@ State read_state(const io::CheckpointReader& checkpoint, const Scene& scene) {
         throw InputError(fmt::format("{}: this checkpoint was written with another --plasticity: restart with that one",
                                      checkpoint.path().string()));
     State state{.cells = CellState(grid),
-                .velocity = {Field(grid.cells_y + 1, grid.cells_x), Field(grid.cells_y + 1, grid.cells_x)},
+                .velocity = VectorField(grid),
                 .time = checkpoint.scalar("time"),
                 .step = checkpoint.counter("step")};
     for (const auto& [name, field] : named_fields(state))

@@ -14,8 +14,7 @@ CellState::CellState(const Grid& grid) {
 
 State initial_state(const Scene& scene, const Field& internal) {
     const Grid& grid = scene.grid;
-    State state{.cells = CellState(grid),
-                .velocity = {Field(grid.cells_y + 1, grid.cells_x), Field(grid.cells_y + 1, grid.cells_x)}};
+    State state{.cells = CellState(grid), .velocity = VectorField(grid)};
     for (int j = 0; j < grid.cells_y; ++j) {
         std::copy_n(internal.row(j), grid.cells_x, state.cells.internal.row(j));
         state.cells.internal.wrap_row(j);

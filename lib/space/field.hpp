@@ -1,5 +1,6 @@
 #pragma once
 #include <ductile/base/aligned.hpp>
+#include <ductile/space/grid.hpp>
 
 #include <cassert>
 #include <cstddef>
@@ -55,6 +56,10 @@ private:
 /// A vector at the corners of the grid: N + 1 rows of M values each; rows 0 and N are the walls.
 struct VectorField {
     Field u, v;
+
+    VectorField() = default;
+    VectorField(int rows, int columns) : u(rows, columns), v(rows, columns) {}
+    explicit VectorField(const Grid& grid) : VectorField(grid.cells_y + 1, grid.cells_x) {}
 };
 
 /// The in-plane stress of Eq. (1) at cell centres: pressure p, s = (sigma_xx - sigma_yy)/2, shear tau,

@@ -10,7 +10,7 @@ int main() {
     const Grid grid{.cells_x = 32, .cells_y = 16, .width = 2.0, .height = 1.0};
     const IsotropicElasticity elasticity{.bulk_modulus = 3.0, .shear_modulus = 2.0};
     const auto solver = make_equilibrium_solver({.grid = grid, .elasticity = elasticity}, SolverKind::fourier);
-    VectorField field{Field(grid.cells_y + 1, grid.cells_x), Field(grid.cells_y + 1, grid.cells_x)};
+    VectorField field(grid);
     for (int j = 1; j < grid.cells_y; ++j)
         for (int i = 0; i < grid.cells_x; ++i)
             field.u(i, j) = elasticity.shear_modulus * grid.dx() / grid.dy(); // then u_j = j (N - j)/2

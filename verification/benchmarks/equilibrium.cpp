@@ -43,7 +43,7 @@ double triad_gigabytes_per_second() {
 }
 
 VectorField smooth_load(const Grid& grid) {
-    VectorField f{Field(grid.cells_y + 1, grid.cells_x), Field(grid.cells_y + 1, grid.cells_x)};
+    VectorField f(grid);
     for (int j = 1; j < grid.cells_y; ++j) {
         for (int i = 0; i < grid.cells_x; ++i) {
             f.u(i, j) = std::sin(7.0 * grid.x(i)) * std::cos(3.0 * grid.y(j)) * grid.cell_area();

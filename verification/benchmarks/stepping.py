@@ -122,12 +122,9 @@ def main():
             rates.append(measured[1])
     peak = memory(options.program, options.work)
 
-    options.results.mkdir(parents=True, exist_ok=True)
-    text = report(times, triad, rates, peak, options.steps)
-    print(text)
-    (options.results / "stepping.md").write_text(text)
-    common.write_csv(options.results / "stepping.csv", ["threads", *PHASES, "step"],
-                     [[threads, *(f"{run[name]:.4g}" for name in (*PHASES, "step"))] for threads, runs in times.items() for run in runs])
+    common.publish(options.results, "stepping", report(times, triad, rates, peak, options.steps), ["threads", *PHASES, "step"],
+                   [[threads, *(f"{run[name]:.4g}" for name in (*PHASES, "step"))]
+                    for threads, runs in times.items() for run in runs])
 
 
 if __name__ == "__main__":
