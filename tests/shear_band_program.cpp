@@ -1,5 +1,6 @@
 // The program shear_band as its users meet it: a process with options, files, messages and an exit status.
 #include "child_process.hpp"
+#include "messages.hpp"
 
 #include <ductile/io/checkpoint.hpp>
 #include <ductile/io/hdf5.hpp>
