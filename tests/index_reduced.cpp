@@ -158,6 +158,7 @@ TEST_SUITE("index_reduced") {
             const auto stepper = stepper_for(scheme, scene, at_rest(scene));
             StepControl control(scene.grid, ErrorSteps{.tolerance = 1e-4, .order = 3});
             double worst = 0.0;
+            VectorField force(scene.grid);
             int rejected = 0;
             while (stepper->state().time < 3e5) {
                 const double now = stepper->state().time;
@@ -174,7 +175,7 @@ TEST_SUITE("index_reduced") {
                     continue;
                 }
                 stepper->accept();
-                worst = std::max(worst, equilibrium_residual(scene, stepper->state().cells));
+                worst = std::max(worst, equilibrium_residual(scene, stepper->state().cells, force));
             }
             CHECK(worst < 1e-12);
             CHECK(stepper->state().time == 3e5);
@@ -246,7 +247,8 @@ TEST_SUITE("index_reduced") {
 
     TEST_CASE("error control: PI steps, rejection, stability limit") {
         const Grid grid{8, 8, 2.0, 2.0};
-        StepControl control(grid, ErrorSteps{.tolerance = 1e-4, .order = 3, .first_step = 10.0});
+        StepControl control(grid, ErrorSteps{.tolerance = 1e-4, .order = 3});
+        control.start(10.0 / std::pow(1e-4, 1.0 / 3.0));
         auto step = control.next(0.0, 1e9);
         CHECK(step.dt == 10.0);
         CHECK(!control.judge(step, {.measure = 8e-4})); // E = 8: 0.9 * 8^(-1/3)
@@ -260,9 +262,13 @@ TEST_SUITE("index_reduced") {
         CHECK(control.judge(step, {.measure = 0.2e-4}));
         step = control.next(0.0, 1e9);
         CHECK(step.dt == doctest::Approx(before * 0.9 * std::pow(0.2, -0.7 / 3.0) * std::pow(0.5, 0.4 / 3.0)));
-        CHECK(control.judge(step, {.measure = 1e-9, .stable_step = 7.0}));
+        CHECK(control.judge(step, {.measure = 1e-9, .relaxation_step = 7.0}));
         CHECK(control.next(0.0, 1e9).dt == 7.0);
         CHECK(control.next(0.0, 1e9).limit == StepLimit::relaxation);
+        CHECK(control.judge(control.next(0.0, 1e9), {.measure = 1e-9, .relaxation_step = 9.0, .advection_step = 8.0}));
+        CHECK(control.next(0.0, 1e9).dt == 8.0);
+        CHECK(control.next(0.0, 1e9).limit == StepLimit::advection);
+        CHECK(control.judge(control.next(0.0, 1e9), {.measure = 1e-9, .relaxation_step = 7.0, .advection_step = 8.0}));
         CHECK(control.retry_shorter(control.next(0.0, 1e9)));
         CHECK(control.next(0.0, 1e9).dt == doctest::Approx(1.4));
         for (int n = 0; n < 20; ++n)

@@ -276,6 +276,8 @@ TEST_CASE("a restart of a restart gives the bits of the uninterrupted run") {
                                               {"incremental", "fixed", "reduced"},
                                               {"incremental", "adaptive", "full"},
                                               {"incremental", "adaptive", "reduced"},
+                                              {"extrapolated", "fixed", "full"},
+                                              {"extrapolated", "adaptive", "full"},
                                               {"ralston", "adaptive", "full"},
                                               {"bogacki-shampine", "adaptive", "reduced"},
                                               {"dormand-prince", "adaptive", "full"},

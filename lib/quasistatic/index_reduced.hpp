@@ -17,6 +17,7 @@ class IndexReducedStepper : public TimeStepper {
 public:
     IndexReducedStepper(const Scene& scene, std::unique_ptr<EquilibriumSolver> solver, const PassOptions& passes, State state);
 
+    [[nodiscard]] double time_scale() final;
     [[nodiscard]] double limit_step(double dt) final;
     [[nodiscard]] StepAttempt attempt(double dt, double end) final;
     void accept() final;
@@ -32,7 +33,10 @@ protected:
     /// Makes the step: leaves y_{n+1} in next(), its complete rate in next_rate(), and returns the estimated error's norm.
     virtual CombinationNorm advance(double dt) = 0;
     /// The longest step that the method holds stable when the plastic flow relaxes at `relaxation`.
-    [[nodiscard]] virtual double stable_step(double relaxation) const = 0;
+    [[nodiscard]] virtual double relaxation_step(double relaxation) const = 0;
+    /// The longest Courant number |u| dt/dx + |v| dt/dy of stable advection. The shortest wave of the one-sided differences of
+    /// Eq. (4) decays at 4 times the Courant rate.
+    [[nodiscard]] virtual double courant_number() const = 0;
     /// Number of cell states the method itself keeps.
     [[nodiscard]] virtual int buffers() const = 0;
 
@@ -66,8 +70,9 @@ private:
     int stage_ = 0;
     double step_begin_ = 0.0, step_length_ = 0.0, step_end_ = 0.0; ///< of the current attempt
     double earlier_step_ = 0.0;                                    ///< t_n - t_{n-1}
-    double relaxation_ = 0.0, next_relaxation_ = 0.0;
-    WallVelocity rate_wall_; ///< motion of the walls that rate_ belongs to
+    double relaxation_ = 0.0;                                      ///< at the start of the step
+    RateReport latest_;                                            ///< of the latest evaluation of an attempt
+    WallVelocity rate_wall_;                                       ///< motion of the walls that rate_ belongs to
     double internal_scale_;
     bool started_ = false;
 };

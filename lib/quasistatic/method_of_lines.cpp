@@ -60,28 +60,34 @@ double sweep(const Scene& scene, const M& model, const CellState& cells, const V
     return largest;
 }
 
-/// Adds the affine motion of the walls to a velocity that vanishes there; returns the largest difference to `guess`.
-double add_walls_and_compare(const Grid& grid, const WallVelocity& wall, const VectorField& guess, VectorField& velocity) {
-    double largest = 0.0;
-#pragma omp parallel for schedule(static) reduction(max : largest)
+struct Comparison {
+    double change = 0.0;       ///< largest difference of a component to the guess
+    double courant_rate = 0.0; ///< largest |u|/dx + |v|/dy
+};
+
+/// Adds the affine motion of the walls to a velocity that vanishes there, and compares it with `guess`.
+Comparison add_walls_and_compare(const Grid& grid, const WallVelocity& wall, const VectorField& guess, VectorField& velocity) {
+    double largest = 0.0, courant = 0.0;
+#pragma omp parallel for schedule(static) reduction(max : largest, courant)
     for (int j = 0; j <= grid.cells_y; ++j) {
         const double y = static_cast<double>(2 * j - grid.cells_y) / grid.cells_y;
-        Pack change(0.0);
-        for (const auto& [field, old, amplitude] :
-             {std::tuple{&velocity.u, &guess.u, wall.u}, std::tuple{&velocity.v, &guess.v, wall.v}}) {
-            double* row = field->row(j);
-            const double* before = old->row(j);
-            const Pack shift(amplitude * y);
-            for (int i = 0; i < grid.cells_x; i += pack_size) {
-                const Pack value = load(row + i) + shift;
-                store(value, row + i);
-                change = maximum(change, magnitude(value - load(before + i)));
-            }
-            field->wrap_row(j);
+        const Pack shift_u(wall.u * y), shift_v(wall.v * y), inverse_dx(1.0 / grid.dx()), inverse_dy(1.0 / grid.dy());
+        double *u = velocity.u.row(j), *v = velocity.v.row(j);
+        const double *old_u = guess.u.row(j), *old_v = guess.v.row(j);
+        Pack change(0.0), rate(0.0);
+        for (int i = 0; i < grid.cells_x; i += pack_size) {
+            const Pack new_u = load(u + i) + shift_u, new_v = load(v + i) + shift_v;
+            store(new_u, u + i);
+            store(new_v, v + i);
+            change = maximum(change, maximum(magnitude(new_u - load(old_u + i)), magnitude(new_v - load(old_v + i))));
+            rate = maximum(rate, inverse_dx * magnitude(new_u) + inverse_dy * magnitude(new_v));
         }
+        velocity.u.wrap_row(j);
+        velocity.v.wrap_row(j);
         largest = std::max(largest, largest_of(change));
+        courant = std::max(courant, largest_of(rate));
     }
-    return largest;
+    return {largest, courant};
 }
 
 } // namespace
@@ -116,7 +122,9 @@ RateReport MethodOfLines::evaluate(CellState& cells, const WallVelocity& wall, V
         ++report.solves;
         ++solves_;
         solve_seconds_ += timer.lap();
-        report.velocity_change = add_walls_and_compare(scene_.grid, wall, velocity, next_velocity_) / speed_scale_;
+        const Comparison comparison = add_walls_and_compare(scene_.grid, wall, velocity, next_velocity_);
+        report.velocity_change = comparison.change / speed_scale_;
+        report.courant_rate = transported ? comparison.courant_rate : 0.0;
         std::swap(velocity, next_velocity_);
         rate_seconds_ += timer.lap();
 

@@ -16,6 +16,7 @@ struct RateReport {
     int solves = 0;
     double velocity_change = 0.0;    ///< largest change of v/U in the last pass
     double largest_relaxation = 0.0; ///< max over cells of 2 mu dD^pl/dsbar [1/t_s]: the stiffness of the plastic flow
+    double courant_rate = 0.0;       ///< max of |u|/dx + |v|/dy [1/t_s] in the full model: steps times this are Courant numbers
 };
 
 /// The index-reduced method of lines. div sigma = 0 is a linear, constant constraint in which v is the multiplier:

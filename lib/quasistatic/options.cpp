@@ -36,6 +36,8 @@ double fields_of(Scheme scheme) {
     case Scheme::ralston:
     case Scheme::chebyshev:
         return 37.0;
+    case Scheme::extrapolated:
+        return 28.0;
     default:
         return 16.0;
     }
@@ -82,6 +84,8 @@ void declare_material(io::Program& program, Options& o) {
     program.option("--stz-bath-temperature", o.stz.bath_temperature, help("STZ: T", "K"));
     program.option("--stz-steady-temperature", o.stz.steady_temperature, help("STZ: chi_inf", "K"));
     program.option("--stz-formation-temperature", o.stz.formation_temperature, help("STZ: e_Z/k_B", "K"));
+    program.option("--stz-corner", o.stz.corner_width,
+                   help("STZ: width of a smoothed yield corner, in yield stresses; 0 is the sharp one", "", io::not_negative));
     program.option("--perzyna-hardening", o.perzyna.hardening_modulus,
                    help("Perzyna: rise of the yield stress with plastic strain", "Pa", io::not_negative));
     program.option("--perzyna-rate", o.perzyna.reference_rate, help("Perzyna: D_0 in D^pl = D_0 (sbar/Y - 1)^n", "1/s"));
@@ -119,12 +123,16 @@ void declare_time(io::Program& program, Options& o) {
         {{"euler", Scheme::euler},
          {"substepped", Scheme::substepped},
          {"incremental", Scheme::incremental},
+         {"extrapolated", Scheme::extrapolated},
          {"ralston", Scheme::ralston},
          {"bogacki-shampine", Scheme::bogacki_shampine},
          {"dormand-prince", Scheme::dormand_prince},
          {"chebyshev", Scheme::chebyshev}},
-        help("projection with forward Euler, substepped plasticity or velocity increment (second order); index-reduced "
-             "Runge-Kutta of order 2, 3, 5, or stabilised of order 2"));
+        help(
+            "projection with forward Euler, substepped plasticity or velocity increment (second order in the reduced model), the "
+            "last with spin and advection extrapolated (second order in the full model too); index-reduced Runge-Kutta of order "
+            "2, "
+            "3, 5, or stabilised of order 2"));
     program.choice("--step", o.step, {{"fixed", StepChoice::fixed}, {"adaptive", StepChoice::adaptive}},
                    help("fixed steps; or adaptive ones, by the size of the projection or by the error of index-reduced schemes"));
     program.option("--dt", o.dt, help("fixed step: a positive number, or auto for the paper's 0.5e4 t_s h/L", "s"));
@@ -137,6 +145,10 @@ void declare_time(io::Program& program, Options& o) {
     program.option("--dt-max", o.projection_steps.largest_step, help("adaptive projection: largest step", "s"));
     program.option("--step-growth", o.projection_steps.largest_growth, help("adaptive projection: F_max", "", io::at_least(1.0)));
     program.option("--step-safety", o.projection_steps.safety, help("adaptive projection: F_s", "", io::between(0.01, 1.0)));
+    program.option(
+        "--step-reject", o.step_reject,
+        help("adaptive projection: repeat a step whose Q* exceeds this many times the tolerance; 0: never, as in the paper", "",
+             io::not_negative));
     program.option("--pointwise-fixed", o.pointwise_fixed,
                    help("projection schemes, fixed steps: tolerance of the pointwise integration divided by (dt/t_s)^2"));
     program.option("--pointwise-adaptive", o.pointwise_adaptive,
@@ -252,6 +264,8 @@ StepControl make_step_control(const Options& o, const Scene& scene) {
         return {scene.grid, ErrorSteps{.tolerance = tolerance(o), .order = estimate_order(o.scheme)}};
     ProjectionSteps steps = o.projection_steps;
     steps.tolerance = tolerance(o);
+    if (o.step_reject > 0.0)
+        steps.largest_excess = o.step_reject;
     for (double* step : {&steps.first_step, &steps.smallest_step, &steps.largest_step})
         *step /= unit;
     if (!(steps.smallest_step <= steps.largest_step))
@@ -264,11 +278,11 @@ std::unique_ptr<TimeStepper> make_time_stepper(const Options& o, const Scene& sc
     auto solver =
         make_equilibrium_solver({.grid = scene.grid, .elasticity = scene.elasticity, .stiffness = o.stiffness}, o.solver);
     const PassOptions passes{.largest = o.velocity_passes, .tolerance = 0.1 * tolerance(o)};
-    const auto projection = [&](Predictor predictor) {
+    const auto projection = [&](Predictor predictor, Transport transport = Transport::frozen) {
         using Scale = PointwiseTolerance::Scale;
         const PointwiseTolerance pointwise = o.step == StepChoice::fixed ? PointwiseTolerance{Scale::step, o.pointwise_fixed}
                                                                          : PointwiseTolerance{Scale::cell, o.pointwise_adaptive};
-        return std::make_unique<ProjectionStepper>(scene, predictor, pointwise, std::move(solver), std::move(state));
+        return std::make_unique<ProjectionStepper>(scene, predictor, pointwise, std::move(solver), std::move(state), transport);
     };
     switch (o.scheme) {
     case Scheme::euler:
@@ -277,6 +291,8 @@ std::unique_ptr<TimeStepper> make_time_stepper(const Options& o, const Scene& sc
         return projection(Predictor::substepped);
     case Scheme::incremental:
         return projection(Predictor::incremental);
+    case Scheme::extrapolated:
+        return projection(Predictor::incremental, Transport::extrapolated);
     case Scheme::chebyshev:
         return make_runge_kutta_chebyshev(scene, std::move(solver), passes, std::move(state));
     default:
@@ -295,10 +311,10 @@ RunOptions make_run_options(const Options& o, const Scene& scene, double start) 
 std::string describe(const Options& o, const Scene& scene, const TimeStepper& stepper, int threads) {
     const Grid& g = scene.grid;
     const double strain_rate = scene.walls.after(0.0).u / (0.5 * g.height) / scene.units.time;
-    const char* schemes[] = {"first-order projection, forward Euler",        "first-order projection, substepped plasticity",
-                             "second-order incremental projection",          "index-reduced Ralston (order 2)",
-                             "index-reduced Bogacki-Shampine (order 3)",     "index-reduced Dormand-Prince (order 5)",
-                             "index-reduced Runge-Kutta-Chebyshev (order 2)"};
+    const char* schemes[] = {"first-order projection, forward Euler",  "first-order projection, substepped plasticity",
+                             "second-order incremental projection",    "second-order incremental projection, extrapolated",
+                             "index-reduced Ralston (order 2)",        "index-reduced Bogacki-Shampine (order 3)",
+                             "index-reduced Dormand-Prince (order 5)", "index-reduced Runge-Kutta-Chebyshev (order 2)"};
     const std::string unknowns =
         fmt::format("{} velocities, {} cell values", 2LL * g.cells_x * (g.cells_y - 1), 5LL * g.cells_x * g.cells_y);
     return fmt::format(

@@ -43,6 +43,7 @@ struct Options {
     std::string dt = "auto"; ///< seconds, or 0.5e4 t_s h/L (Sec. 8.1)
     std::string tolerance = "auto";
     ProjectionSteps projection_steps{.smallest_step = 1e-6 * 4.05e-6, .largest_step = 1e3 * 4.05e-6, .first_step = 10 * 4.05e-6};
+    double step_reject = 0.0;
     double pointwise_fixed = 1e-7, pointwise_adaptive = 0.1; ///< F_RK2(1)
     int velocity_passes = 4;
 

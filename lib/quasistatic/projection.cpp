@@ -66,20 +66,25 @@ double Projection::apply(VectorField& force, const WallVelocity& wall_gradient, 
     return std::sqrt(sum * scene_->grid.cell_area() / scene_->grid.area());
 }
 
-double equilibrium_residual(const Scene& scene, const CellState& cells) {
+double equilibrium_residual(const Scene& scene, const CellState& cells, VectorField& force) {
     const Grid& grid = scene.grid;
-    VectorField force(grid);
-    divergence(grid, cells.stress, 1.0, force);
     double largest_force = 0.0, largest_stress = 0.0;
-    for (int j = 1; j < grid.cells_y; ++j)
-        for (int i = 0; i < grid.cells_x; ++i)
-            largest_force = std::max({largest_force, std::abs(force.u(i, j)), std::abs(force.v(i, j))});
-    for (int j = 0; j < grid.cells_y; ++j)
-        for (int i = 0; i < grid.cells_x; ++i) {
-            const double p = cells.stress.p(i, j), s = cells.stress.s(i, j), q = cells.stress.q(i, j);
-            largest_stress =
-                std::max({largest_stress, std::abs(-p + s - q), std::abs(-p - s - q), std::abs(cells.stress.tau(i, j))});
+#pragma omp parallel for schedule(static) reduction(max : largest_force, largest_stress)
+    for (int j = 0; j < grid.cells_y; ++j) {
+        Pack force_here(0.0), stress_here(0.0);
+        if (j > 0)
+            divergence_row(grid, cells.stress, 1.0, j, force);
+        for (int i = 0; i < grid.cells_x; i += pack_size) {
+            if (j > 0)
+                force_here =
+                    maximum(force_here, maximum(magnitude(load(force.u.row(j) + i)), magnitude(load(force.v.row(j) + i))));
+            const Pack p = load(cells.stress.p.row(j) + i), s = load(cells.stress.s.row(j) + i),
+                       tau = load(cells.stress.tau.row(j) + i), q = load(cells.stress.q.row(j) + i);
+            stress_here = maximum(maximum(stress_here, magnitude(tau)), maximum(magnitude(s - p - q), magnitude(p + s + q)));
         }
+        largest_force = std::max(largest_force, largest_of(force_here));
+        largest_stress = std::max(largest_stress, largest_of(stress_here));
+    }
     return largest_stress > 0.0 ? largest_force / (largest_stress * std::max(grid.dx(), grid.dy())) : 0.0;
 }
 

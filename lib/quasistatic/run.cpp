@@ -43,6 +43,7 @@ io::RunStatus run(const Scene& scene, TimeStepper& stepper, StepControl& control
     Timer wall, since_checkpoint;
     Recorder recorder(scene, options, program, folder, checkpoint, start * unit);
     if (!checkpoint) {
+        control.start(stepper.time_scale());
         if (std::find(options.snapshots_s.begin(), options.snapshots_s.end(), 0.0) != options.snapshots_s.end())
             recorder.snapshot(stepper.state());
         recorder.row(stepper.state(), 0.0, 0.0);
