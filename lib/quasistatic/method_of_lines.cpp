@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <omp.h>
 #include <utility>
 
@@ -151,7 +152,9 @@ template <class M> double yield_square(const M& model, const CellState& cells, d
         const PointState y{at(cells.stress.s, rate.stress.s, i), at(cells.stress.tau, rate.stress.tau, i),
                            at(cells.stress.q, rate.stress.q, i), at(cells.internal, rate.internal, i)};
         const Pack yield = model.yield_stress(y[3]);
-        square = maximum(square, deviatoric_square(y) / (yield * yield));
+        // a model without elastic range is always above yield
+        square = maximum(square, select(yield > Pack(0.0), deviatoric_square(y) / (yield * yield),
+                                        Pack(std::numeric_limits<double>::infinity())));
     }
     return largest_of(square);
 }
