@@ -48,7 +48,10 @@ struct CommonOptions {
 /// declared). Every option `--a-name` has the TOML key `a-name`. No option is ever required; check combinations after parse().
 class Program {
 public:
-    Program(std::string name, std::string description);
+    /// Whether the runs of a program write checkpoints and go on from them; if not, it has no options about them.
+    enum class Checkpoints { written, none };
+
+    Program(std::string name, std::string description, Checkpoints checkpoints = Checkpoints::written);
     ~Program();
     Program(const Program&) = delete;
     Program& operator=(const Program&) = delete;
@@ -111,6 +114,7 @@ private:
     void apply_restart();
 
     std::string name_, description_;
+    Checkpoints checkpoints_;
     CommonOptions common_;
     std::filesystem::path config_file_;
     std::unique_ptr<CLI::App> app_;

@@ -39,7 +39,7 @@ Counts counts(const RunSummary& summary) {
 
 std::string files_in(const std::filesystem::path& folder) {
     std::string found;
-    for (const char* file : {"summary.json", "history.csv", "fields.h5", "fields.xdmf", "checkpoint.h5"})
+    for (const char* file : {"summary.json", "history.csv", "work_precision.csv", "fields.h5", "fields.xdmf", "checkpoint.h5"})
         if (std::filesystem::exists(folder / file))
             found += (found.empty() ? "" : ", ") + std::string(file);
     return fmt::format("{} ({})", folder.string(), found);

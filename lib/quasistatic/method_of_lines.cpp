@@ -18,14 +18,14 @@ template <bool transported, class M>
 [[gnu::DUCTILE_ALWAYS_INLINE]] inline Pack rate_at(const Scene& scene, const M& model, const CellState& cells,
                                                    const VectorField& velocity, int i, int j, CellState& rate) {
     const auto [p_source, source] = cell_sources<false, transported>(scene, cells, velocity, i, j);
-    const PointState y{load(cells.stress.s.row(j) + i), load(cells.stress.tau.row(j) + i), load(cells.stress.q.row(j) + i),
-                       load(cells.internal.row(j) + i)};
+    const FlowState<Pack> y{load(cells.stress.s.row(j) + i), load(cells.stress.tau.row(j) + i), load(cells.stress.q.row(j) + i),
+                            load(cells.internal.row(j) + i)};
     const Pack two_mu(2.0 * scene.elasticity.shear_modulus);
-    PointState slope = source;
+    FlowState<Pack> slope = source;
     Pack relaxation(0.0);
     const Pack sbar = deviatoric_magnitude(y);
     if (any_of(!(sbar < model.yield_stress(y[3])))) { // not a number counts as plastic and is found out later
-        slope = PointRate<M>{model, two_mu, source}(y);
+        slope = FlowRate<M, Pack>{model, two_mu, source}(y);
         relaxation = two_mu * model.flow_slope(sbar, y[3]);
     }
     store(p_source, rate.stress.p.row(j) + i);
@@ -149,8 +149,8 @@ template <class M> double yield_square(const M& model, const CellState& cells, d
     };
     Pack square(0.0);
     for (int i = 0; i < cells.internal.columns(); i += pack_size) {
-        const PointState y{at(cells.stress.s, rate.stress.s, i), at(cells.stress.tau, rate.stress.tau, i),
-                           at(cells.stress.q, rate.stress.q, i), at(cells.internal, rate.internal, i)};
+        const FlowState<Pack> y{at(cells.stress.s, rate.stress.s, i), at(cells.stress.tau, rate.stress.tau, i),
+                                at(cells.stress.q, rate.stress.q, i), at(cells.internal, rate.internal, i)};
         const Pack yield = model.yield_stress(y[3]);
         // a model without elastic range is always above yield
         square = maximum(square, select(yield > Pack(0.0), deviatoric_square(y) / (yield * yield),

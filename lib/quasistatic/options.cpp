@@ -13,14 +13,6 @@ namespace {
 /// Half the height: the L of the paper, whose domain is [-L, L]^2.
 double length_unit(const Options& o) { return 0.5 * o.height; }
 
-Units natural_units(const Options& o) {
-    Units units;
-    units.length = length_unit(o);
-    units.stress = o.yield_stress;
-    units.temperature = o.plasticity == PlasticityChoice::stz ? o.stz.formation_temperature : 1.0;
-    return units;
-}
-
 /// What a run holds besides the stepper: the field that a snapshot derives, and the program with its libraries.
 double overhead_bytes(const Grid& grid) { return 8.0 * grid.cells_x * grid.cells_y + 20e6; }
 
@@ -67,31 +59,9 @@ void declare_domain(io::Program& program, Options& o) {
                         "s, m/s"));
 }
 
-void declare_material(io::Program& program, Options& o) {
-    const auto help = [](std::string meaning, std::string units = {}, io::Limits allowed = io::positive) {
-        return io::OptionHelp{"Material", std::move(meaning), std::move(units), allowed};
-    };
-    program.option("--bulk-modulus", o.elasticity.bulk_modulus, help("bulk modulus K", "Pa"));
-    program.option("--shear-modulus", o.elasticity.shear_modulus, help("shear modulus mu", "Pa"));
-    program.choice("--plasticity", o.plasticity, {{"stz", PlasticityChoice::stz}, {"perzyna", PlasticityChoice::perzyna}},
-                   help("shear transformation zones, or rate-dependent von Mises (Perzyna)"));
-    program.option("--yield-stress", o.yield_stress, help("yield stress of |sigma_0| = sqrt(s^2 + tau^2 + 3 q^2)", "Pa"));
-    program.option("--stz-molecular-time", o.stz.molecular_time, help("STZ: tau_0", "s"));
-    program.option("--stz-local-strain", o.stz.local_strain, help("STZ: epsilon_0"));
-    program.option("--stz-heat-capacity", o.stz.heat_capacity, help("STZ: c_0"));
-    program.option("--stz-activation-barrier", o.stz.activation_barrier, help("STZ: Delta/k_B", "K"));
-    program.option("--stz-activation-volume", o.stz.activation_volume, help("STZ: zeta", "m^3"));
-    program.option("--stz-bath-temperature", o.stz.bath_temperature, help("STZ: T", "K"));
-    program.option("--stz-steady-temperature", o.stz.steady_temperature, help("STZ: chi_inf", "K"));
-    program.option("--stz-formation-temperature", o.stz.formation_temperature, help("STZ: e_Z/k_B", "K"));
-    program.option("--stz-corner", o.stz.corner_width,
-                   help("STZ: width of a smoothed yield corner, in yield stresses; 0 is the sharp one", "", io::not_negative));
-    program.option("--perzyna-hardening", o.perzyna.hardening_modulus,
-                   help("Perzyna: rise of the yield stress with plastic strain", "Pa", io::not_negative));
-    program.option("--perzyna-rate", o.perzyna.reference_rate, help("Perzyna: D_0 in D^pl = D_0 (sbar/Y - 1)^n", "1/s"));
-    program.option("--perzyna-exponent", o.perzyna.overstress_exponent, help("Perzyna: n", "", io::between(1, 100)));
+void declare_model(io::Program& program, Options& o) {
     program.choice("--model", o.model, {{"full", Model::full}, {"reduced", Model::reduced}},
-                   help("with or without advection and spin"));
+                   {"Material", "with or without advection and spin"});
 }
 
 void declare_initial(io::Program& program, Options& o) {
@@ -176,25 +146,15 @@ void declare_output(io::Program& program, Options& o) {
 
 void declare(io::Program& program, Options& options) {
     declare_domain(program, options);
-    declare_material(program, options);
+    declare(program, options.material);
+    declare_model(program, options);
     declare_initial(program, options);
     declare_time(program, options);
     declare_output(program, options);
 }
 
 Scene make_scene(const Options& o) {
-    const Units units = natural_units(o);
-    const auto plasticity = [&]() -> Plasticity {
-        if (o.plasticity == PlasticityChoice::perzyna) {
-            PerzynaParameters parameters = o.perzyna;
-            parameters.yield_stress = o.yield_stress;
-            return PerzynaModel(parameters, units);
-        }
-        StzParameters parameters = o.stz;
-        parameters.yield_stress = o.yield_stress;
-        return StzModel(parameters, units);
-    };
-    check(o.elasticity);
+    const Units units = natural_units(o.material, length_unit(o));
     WallHistory walls = o.wall_history.empty() ? WallHistory(std::vector<WallKnot>{{0.0, {o.wall_velocity, 0.0}}})
                                                : parse_wall_history(o.wall_history);
     std::vector<WallKnot> knots = walls.knots();
@@ -203,8 +163,8 @@ Scene make_scene(const Options& o) {
     Scene scene{
         .units = units,
         .grid = {.cells_x = o.cells.x, .cells_y = o.cells.y, .width = o.width / units.length, .height = o.height / units.length},
-        .elasticity = {o.elasticity.bulk_modulus / units.stress, o.elasticity.shear_modulus / units.stress},
-        .plasticity = plasticity(),
+        .elasticity = make_elasticity(o.material, units),
+        .plasticity = make_plasticity(o.material, units),
         .model = o.model,
         .walls = WallHistory(std::move(knots))};
     check(scene.grid);
@@ -229,7 +189,7 @@ Field make_initial_internal(const Options& o, const Scene& scene) {
         __builtin_unreachable();
     };
     // 1 K: an effective temperature must be positive, and below it exp(-e_Z/(k_B chi)) has no meaning left
-    const double lowest = o.plasticity == PlasticityChoice::stz ? 1.0 / value : 0.0;
+    const double lowest = o.material.plasticity == PlasticityChoice::stz ? 1.0 / value : 0.0;
     return initial_internal(scene.grid, initial(), lowest, value);
 }
 
@@ -319,11 +279,10 @@ std::string describe(const Options& o, const Scene& scene, const TimeStepper& st
         fmt::format("{} velocities, {} cell values", 2LL * g.cells_x * (g.cells_y - 1), 5LL * g.cells_x * g.cells_y);
     return fmt::format(
         "grid      {} x {} cells on {} x {} m; {}\n"
-        "material  K = {:g} GPa, mu = {:g} GPa, {} plasticity, yield stress {:g} MPa; shear rate {:.3g} 1/s\n"
+        "material  {}; shear rate {:.3g} 1/s\n"
         "model     {}; {}, {} steps; {} solver, {} operator\n"
         "memory    about {:.0f} MB; {} thread{}\n",
-        g.cells_x, g.cells_y, o.width, o.height, unknowns, o.elasticity.bulk_modulus * 1e-9, o.elasticity.shear_modulus * 1e-9,
-        o.plasticity == PlasticityChoice::stz ? "STZ" : "Perzyna", o.yield_stress * 1e-6, strain_rate,
+        g.cells_x, g.cells_y, o.width, o.height, unknowns, describe(o.material), strain_rate,
         scene.model == Model::full ? "full" : "reduced", schemes[static_cast<int>(o.scheme)],
         o.step == StepChoice::fixed ? "fixed" : "adaptive", o.solver == SolverKind::cholesky ? "cholesky" : "fourier",
         o.stiffness == Stiffness::exact ? "exact" : "fully integrated",

@@ -1,6 +1,7 @@
 #pragma once
 #include <ductile/equilibrium/solver.hpp>
 #include <ductile/io/program.hpp>
+#include <ductile/material/options.hpp>
 #include <ductile/quasistatic/initial.hpp>
 #include <ductile/quasistatic/projection_stepper.hpp>
 #include <ductile/quasistatic/run.hpp>
@@ -12,7 +13,6 @@
 
 namespace ductile::quasistatic {
 
-enum class PlasticityChoice { stz, perzyna };
 enum class InitialChoice { paper, uniform, gaussian, random };
 enum class StepChoice { fixed, adaptive };
 
@@ -22,11 +22,7 @@ struct Options {
     double width = 0.02, height = 0.02;
     Model model = Model::full;
 
-    IsotropicElasticity elasticity{.bulk_modulus = 122e9, .shear_modulus = 37.4e9};
-    PlasticityChoice plasticity = PlasticityChoice::stz;
-    StzParameters stz;
-    PerzynaParameters perzyna;
-    double yield_stress = 0.85e9; ///< of either model
+    MaterialOptions material;
 
     InitialChoice initial = InitialChoice::paper;
     double initial_base = 640.0, initial_amplitude = 180.0; ///< in the unit of the internal variable

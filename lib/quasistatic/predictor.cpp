@@ -12,7 +12,8 @@ namespace {
 
 /// Whether sbar stays below yield on the straight path from y to y + dt source.
 template <class M>
-[[gnu::DUCTILE_ALWAYS_INLINE]] inline Pack::Mask stays_elastic(const M& model, const PointState& y, const PointState& end) {
+[[gnu::DUCTILE_ALWAYS_INLINE]] inline Pack::Mask stays_elastic(const M& model, const FlowState<Pack>& y,
+                                                               const FlowState<Pack>& end) {
     const Pack yield = minimum(model.yield_stress(y[3]), model.yield_stress(end[3]));
     return maximum(deviatoric_square(y), deviatoric_square(end)) < yield * yield;
 }
@@ -40,24 +41,24 @@ private:
     [[gnu::DUCTILE_ALWAYS_INLINE]] void pack(int i, int j, const Pack::Mask& real_cells, Rk21Counts& counts) const {
         const double *p = now_.stress.p.row(j) + i, *s = now_.stress.s.row(j) + i, *tau = now_.stress.tau.row(j) + i;
         const double *q = now_.stress.q.row(j) + i, *internal = now_.internal.row(j) + i;
-        PointState y{load(s), load(tau), load(q), load(internal)};
+        FlowState<Pack> y{load(s), load(tau), load(q), load(internal)};
         const auto [p_source, source] =
             cell_sources<predictor == Predictor::incremental, transported>(scene_, moving_, velocity_, i, j);
 
         const Pack dt(dt_);
         store(load(p) + dt * p_source, next_.stress.p.row(j) + i);
-        const PointRate<M> rate{model_, Pack(2.0 * scene_.elasticity.shear_modulus), source};
-        PointState end;
+        const FlowRate<M, Pack> rate{model_, Pack(2.0 * scene_.elasticity.shear_modulus), source};
+        FlowState<Pack> end;
         for (std::size_t k = 0; k < 4; ++k)
             end[k] = y[k] + dt * source[k];
         const Pack::Mask plastic = !stays_elastic(model_, y, end);
         if (any_of(plastic)) {
             if constexpr (predictor == Predictor::euler) {
-                const PointState slope = rate(y);
+                const FlowState<Pack> slope = rate(y);
                 for (std::size_t k = 0; k < 4; ++k)
                     end[k] = select(plastic, y[k] + dt * slope[k], end[k]);
             } else {
-                PointState integrated = y;
+                FlowState<Pack> integrated = y;
                 integrate_rk21(rate, integrated, plastic && real_cells, dt_, options_, counts);
                 for (std::size_t k = 0; k < 4; ++k)
                     end[k] = select(plastic, integrated[k], end[k]);

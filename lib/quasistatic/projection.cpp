@@ -1,4 +1,5 @@
 #include <ductile/base/timer.hpp>
+#include <ductile/material/point_rates.hpp>
 #include <ductile/quasistatic/projection.hpp>
 #include <ductile/space/staggered.hpp>
 
@@ -10,7 +11,7 @@ namespace ductile::quasistatic {
 namespace {
 
 /// Adds dt C : (D(phi) + wall) to cell row j; returns the row's sum of sbar_P^2/mu^2 + p_P^2/(K mu).
-double correct_row(const Scene& scene, const VectorField& phi, const StressPack& wall_rate, double dt, int j,
+double correct_row(const Scene& scene, const VectorField& phi, const StressComponents<Pack>& wall_rate, double dt, int j,
                    StressField& stress) {
     const Grid& grid = scene.grid;
     const IsotropicElasticity& c = scene.elasticity;
@@ -21,7 +22,7 @@ double correct_row(const Scene& scene, const VectorField& phi, const StressPack&
     for (int i = 0; i < grid.cells_x; i += pack_size) {
         const Corners u(phi.u.row(j) + i, phi.u.row(j + 1) + i);
         const Corners v(phi.v.row(j) + i, phi.v.row(j + 1) + i);
-        const StressPack rate = elastic_rate(c, velocity_gradient(u, v, half_inverse_dx, half_inverse_dy));
+        const StressComponents<Pack> rate = elastic_rate(c, velocity_gradient(u, v, half_inverse_dx, half_inverse_dy));
         const auto add = [&](Field& field, const Pack& correction, const Pack& wall) {
             double* f = field.row(j) + i;
             store(load(f) + Pack(dt) * (correction + wall), f);
@@ -53,8 +54,8 @@ double Projection::apply(VectorField& force, const WallVelocity& wall_gradient, 
     ++solves_;
     solve_seconds_ += timer.lap();
 
-    const StressPack wall_rate =
-        elastic_rate(scene_->elasticity, {Pack(0.0), Pack(wall_gradient.u), Pack(0.0), Pack(wall_gradient.v)});
+    const StressComponents<Pack> wall_rate = elastic_rate(
+        scene_->elasticity, VelocityGradient<Pack>{Pack(0.0), Pack(wall_gradient.u), Pack(0.0), Pack(wall_gradient.v)});
 #pragma omp parallel for schedule(static)
     for (int j = 0; j < scene_->grid.cells_y; ++j)
         row_measure_[static_cast<std::size_t>(j)] = correct_row(*scene_, force, wall_rate, dt, j, cells.stress);
