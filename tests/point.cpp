@@ -116,15 +116,15 @@ TEST_SUITE("point") {
     TEST_CASE("pure shear is shear without spin turned by 45 degrees, step by step") {
         for (const Method method : {Method::rk21, Method::dormand_prince, Method::bdf}) {
             CAPTURE(name(method));
-            const double rate = 2e-7, duration = 35e4;
+            const double rate = 2e-7, duration = 35e4, tolerance = 1e-6; // the step control amplifies rounding
             const Trajectory along =
-                integrate(metallic_glass(), load_along(Path::pure_shear, rate, duration), at_rest, method, 1e-6);
+                integrate(metallic_glass(), load_along(Path::pure_shear, rate, duration), at_rest, method, tolerance);
             const Trajectory across =
-                integrate(metallic_glass(), load_along(Path::shear_without_spin, rate, duration), at_rest, method, 1e-6);
+                integrate(metallic_glass(), load_along(Path::shear_without_spin, rate, duration), at_rest, method, tolerance);
             REQUIRE(along.time.size() == across.time.size());
             for (std::size_t i = 0; i < along.time.size(); ++i) {
                 const auto [p, s, tau, q, chi] = along.state[i];
-                CHECK(distance(across.state[i], {p, tau, s, q, chi}) < 1e-10);
+                CHECK(distance(across.state[i], {p, tau, s, q, chi}) < 0.01 * tolerance);
             }
         }
     }
@@ -132,9 +132,9 @@ TEST_SUITE("point") {
     TEST_CASE("yield, overshoot, softening: all methods agree at tight tolerances") {
         for (const Path path : {Path::simple_shear, Path::shear_without_spin, Path::pure_shear, Path::compression}) {
             const GradientHistory history = load_along(path, 2e-7, 35e4);
-            const double tolerance = 1e-9;
-            for (const Method method : all_methods) {
+            const auto agrees = [&](Method method, double tolerance) {
                 CAPTURE(name(method));
+                CAPTURE(tolerance);
                 const Trajectory trajectory = integrate(metallic_glass(), history, at_rest, method, tolerance);
                 double peak = 0.0, last = 0.0;
                 for (const State& y : trajectory.state) {
@@ -148,7 +148,10 @@ TEST_SUITE("point") {
                 // components, each divided by 1 + |y| (p is exact, and |y| < 1.6 for the others).
                 const double error = largest_error(metallic_glass(), history, trajectory);
                 CHECK(error < std::sqrt(5.0) * 2.6 * tolerance * static_cast<double>(trajectory.counts.steps));
-            }
+            };
+            for (const Method method : all_methods)
+                for (const double tolerance : {1e-7, 1e-8, 1e-9})
+                    agrees(method, tolerance);
         }
     }
 

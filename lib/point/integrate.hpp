@@ -30,7 +30,7 @@ struct MaterialPoint {
 
 enum class Method {
     rk21,             ///< ductile/ode/rk21.hpp, as the cells of a quasi-static run use it
-    arkode_rk21,      ///< the same pair and step control in ARKODE
+    arkode_rk21,      ///< the same pair and step control in ARKODE, which weighs errors with |y| at the start of a step
     bogacki_shampine, ///< ARKODE, order 3
     zonneveld,        ///< ARKODE, order 4
     cash_karp,        ///< ARKODE, order 5
