@@ -126,6 +126,8 @@ TEST_CASE("wrong options end with status 2 and a message, and leave nothing behi
     refused({"--initial-amplitude", "-700"}, "--initial-amplitude");
     refused({"--dt-min", "1", "--dt-max", "0.5", "--step", "adaptive"}, "--dt-min 1 exceeds --dt-max 0.5");
     refused({"--wall-history", "0:1,x"}, "--wall-history");
+    refused({"--scheme", "cvode-bdf", "--step", "fixed"}, "--step fixed");
+    refused({"--scheme", "mri", "--step", "adaptive"}, "--step adaptive");
     refused({"--scheme", "leapfrog"}, "--scheme leapfrog: it must be one of euler, substepped, incremental");
     refused({"--snapshots", "0,-1"}, "element '-1' is wrong");
     refused({"--threads", "0"}, "--threads 0");
@@ -282,7 +284,14 @@ TEST_CASE("a restart of a restart gives the bits of the uninterrupted run") {
                                               {"bogacki-shampine", "adaptive", "reduced"},
                                               {"dormand-prince", "adaptive", "full"},
                                               {"chebyshev", "adaptive", "full"},
-                                              {"chebyshev", "fixed", "full"}})
+                                              {"chebyshev", "fixed", "full"},
+                                              {"arkode-2", "fixed", "full"},
+                                              {"arkode-3", "adaptive", "full"},
+                                              {"arkode-5", "fixed", "reduced"},
+                                              {"cvode-adams", "adaptive", "full"},
+                                              {"cvode-bdf", "adaptive", "full"},
+                                              {"ida", "adaptive", "full"},
+                                              {"mri", "fixed", "full"}})
         compare(stops + Arguments{"--scheme", scheme, "--step", step, "--model", model});
     compare(stops + Arguments{"--equilibrium", "cholesky"});
     compare(stops + Arguments{"--threads", "2"});

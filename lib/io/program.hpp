@@ -10,7 +10,6 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
-#include <initializer_list>
 #include <memory>
 #include <optional>
 #include <string>
@@ -69,7 +68,7 @@ public:
     void choice(const std::string& flag, std::string& value, const std::vector<std::string>& words, const OptionHelp& help);
     /// One of a few words that stand for values of an enumeration.
     template <class Enum>
-    void choice(const std::string& flag, Enum& value, std::initializer_list<std::pair<std::string, Enum>> words,
+    void choice(const std::string& flag, Enum& value, const std::vector<std::pair<std::string, Enum>>& table,
                 const OptionHelp& help);
 
     /// Reads all options. Returns false when --help, --version or --print-config was asked for and answered.
@@ -122,9 +121,8 @@ private:
 };
 
 template <class Enum>
-void Program::choice(const std::string& flag, Enum& value, std::initializer_list<std::pair<std::string, Enum>> words,
+void Program::choice(const std::string& flag, Enum& value, const std::vector<std::pair<std::string, Enum>>& table,
                      const OptionHelp& help) {
-    const std::vector<std::pair<std::string, Enum>> table = words;
     std::vector<std::string> names;
     for (const auto& entry : table)
         names.push_back(entry.first);

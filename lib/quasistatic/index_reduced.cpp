@@ -78,12 +78,17 @@ StepAttempt IndexReducedStepper::attempt(double dt, double end) {
 void IndexReducedStepper::evaluate(CellState& cells, double fraction, CellState& rate) {
     VectorField& velocity = stage_velocity_[static_cast<std::size_t>(stage_)];
     stage_ = (stage_ + 1) % static_cast<int>(stage_velocity_.size());
+    std::erase_if(sequence_, [&](const TimedVelocity& earlier) { return earlier.velocity == &velocity; });
     guess_velocity(fraction, velocity);
-    const double time = fraction < 1.0 ? step_begin_ + fraction * step_length_ : step_end_;
-    latest_ = lines_.evaluate(cells, scene_.walls.before(time), velocity, rate);
-    if (sequence_.back().fraction >= fraction) // two stages at one time: the later one replaces the earlier
+    latest_ = lines_.evaluate(cells, wall_velocity(fraction), velocity, rate);
+    // what is as late or later, of two stages at one time or of a trial that an integrator gave up, is replaced
+    while (sequence_.back().fraction >= fraction && sequence_.size() > 1)
         sequence_.pop_back();
     sequence_.push_back({fraction, &velocity});
+}
+
+WallVelocity IndexReducedStepper::wall_velocity(double fraction) const {
+    return scene_.walls.before(fraction < 1.0 ? step_begin_ + fraction * step_length_ : step_end_);
 }
 
 void IndexReducedStepper::guess_velocity(double fraction, VectorField& guess) const {

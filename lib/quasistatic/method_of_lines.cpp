@@ -91,6 +91,13 @@ Comparison add_walls_and_compare(const Grid& grid, const WallVelocity& wall, con
     return {largest, courant};
 }
 
+/// The ghost rows that transport reads.
+void close_at_walls(const Scene& scene, CellState& cells) {
+    if (scene.model == Model::full)
+        for (Field* f : {&cells.stress.p, &cells.stress.s, &cells.stress.tau, &cells.stress.q, &cells.internal})
+            extrapolate_to_ghost_rows(*f);
+}
+
 } // namespace
 
 MethodOfLines::MethodOfLines(const Scene& scene, EquilibriumSolver& solver, const PassOptions& passes)
@@ -101,23 +108,33 @@ MethodOfLines::MethodOfLines(const Scene& scene, EquilibriumSolver& solver, cons
         speed_scale_ = 1.0; // walls at rest for ever: any scale will do
 }
 
+double MethodOfLines::sweep_rates(CellState& cells, const VectorField& velocity, CellState& rate) {
+    return std::visit(
+        [&](const auto& model) {
+            return scene_.model == Model::full ? sweep<true>(scene_, model, cells, velocity, rate, next_velocity_)
+                                               : sweep<false>(scene_, model, cells, velocity, rate, next_velocity_);
+        },
+        scene_.plasticity);
+}
+
+void MethodOfLines::open_rate(CellState& cells, const VectorField& velocity, CellState& rate) {
+    Timer timer;
+    close_at_walls(scene_, cells);
+    (void)sweep_rates(cells, velocity, rate);
+    ++evaluations_;
+    rate_seconds_ += timer.lap();
+}
+
 RateReport MethodOfLines::evaluate(CellState& cells, const WallVelocity& wall, VectorField& velocity, CellState& rate) {
     const bool transported = scene_.model == Model::full;
-    if (transported)
-        for (Field* f : {&cells.stress.p, &cells.stress.s, &cells.stress.tau, &cells.stress.q, &cells.internal})
-            extrapolate_to_ghost_rows(*f);
+    close_at_walls(scene_, cells);
     ++evaluations_;
 
     RateReport report;
     double contraction = passes_.contraction, previous_change = 0.0;
     while (true) {
         Timer timer;
-        report.largest_relaxation = std::visit(
-            [&](const auto& model) {
-                return transported ? sweep<true>(scene_, model, cells, velocity, rate, next_velocity_)
-                                   : sweep<false>(scene_, model, cells, velocity, rate, next_velocity_);
-            },
-            scene_.plasticity);
+        report.largest_relaxation = sweep_rates(cells, velocity, rate);
         rate_seconds_ += timer.lap();
         solver_.solve(next_velocity_, WallData::zero);
         ++report.solves;

@@ -34,12 +34,19 @@ public:
     /// Throws RunError when f is not finite; `velocity` then holds rubbish.
     RateReport evaluate(CellState& cells, const WallVelocity& wall, VectorField& velocity, CellState& rate);
 
+    /// f alone at a given velocity (wall rows included), without a solve: `rate` receives it.
+    void open_rate(CellState& cells, const VectorField& velocity, CellState& rate);
+
+    [[nodiscard]] double speed_scale() const { return speed_scale_; } ///< U
     [[nodiscard]] long long evaluations() const { return evaluations_; }
     [[nodiscard]] long long solves() const { return solves_; }
     [[nodiscard]] double rate_seconds() const { return rate_seconds_; }
     [[nodiscard]] double solve_seconds() const { return solve_seconds_; }
 
 private:
+    /// f and, in next_velocity_, -B^T f; returns the largest relaxation rate.
+    double sweep_rates(CellState& cells, const VectorField& velocity, CellState& rate);
+
     const Scene& scene_;
     EquilibriumSolver& solver_;
     PassOptions passes_;

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <fmt/format.h>
+#include <limits>
 #include <unistd.h>
 
 namespace ductile::quasistatic {
@@ -16,28 +17,9 @@ double length_unit(const Options& o) { return 0.5 * o.height; }
 /// What a run holds besides the stepper: the field that a snapshot derives, and the program with its libraries.
 double overhead_bytes(const Grid& grid) { return 8.0 * grid.cells_x * grid.cells_y + 20e6; }
 
-bool index_reduced(Scheme scheme) { return scheme >= Scheme::ralston; }
-
-/// Fields of 8 bytes a cell that a stepper holds, see TimeStepper::memory_bytes.
-double fields_of(Scheme scheme) {
-    switch (scheme) {
-    case Scheme::dormand_prince:
-        return 57.0;
-    case Scheme::bogacki_shampine:
-        return 42.0;
-    case Scheme::ralston:
-    case Scheme::chebyshev:
-        return 37.0;
-    case Scheme::extrapolated:
-        return 28.0;
-    default:
-        return 16.0;
-    }
-}
-
 /// A grid that cannot fit would end with the system killing the program, or with half of the machine swapped out.
 void check_memory(const Grid& grid, Scheme scheme) {
-    const double needed = fields_of(scheme) * 8.0 * grid.cells_x * grid.cells_y + overhead_bytes(grid);
+    const double needed = description(scheme).fields * 8.0 * grid.cells_x * grid.cells_y + overhead_bytes(grid);
     const double present = static_cast<double>(::sysconf(_SC_PHYS_PAGES)) * static_cast<double>(::sysconf(_SC_PAGESIZE));
     if (needed > present)
         throw InputError(fmt::format("--cells {}x{}: this needs about {:.3g} GB of memory, this machine has {:.3g} GB: use fewer "
@@ -88,21 +70,13 @@ void declare_time(io::Program& program, Options& o) {
     const auto help = [](std::string meaning, std::string units = {}, io::Limits allowed = io::positive) {
         return io::OptionHelp{"Time integration", std::move(meaning), std::move(units), allowed};
     };
-    program.choice(
-        "--scheme", o.scheme,
-        {{"euler", Scheme::euler},
-         {"substepped", Scheme::substepped},
-         {"incremental", Scheme::incremental},
-         {"extrapolated", Scheme::extrapolated},
-         {"ralston", Scheme::ralston},
-         {"bogacki-shampine", Scheme::bogacki_shampine},
-         {"dormand-prince", Scheme::dormand_prince},
-         {"chebyshev", Scheme::chebyshev}},
-        help(
-            "projection with forward Euler, substepped plasticity or velocity increment (second order in the reduced model), the "
-            "last with spin and advection extrapolated (second order in the full model too); index-reduced Runge-Kutta of order "
-            "2, "
-            "3, 5, or stabilised of order 2"));
+    std::vector<std::pair<std::string, Scheme>> scheme_names;
+    std::string scheme_meanings;
+    for (const SchemeDescription& scheme : schemes()) {
+        scheme_names.emplace_back(scheme.name, scheme.scheme);
+        scheme_meanings += fmt::format("{}{}: {}", scheme_meanings.empty() ? "" : "; ", scheme.name, scheme.meaning);
+    }
+    program.choice("--scheme", o.scheme, scheme_names, help(scheme_meanings));
     program.choice("--step", o.step, {{"fixed", StepChoice::fixed}, {"adaptive", StepChoice::adaptive}},
                    help("fixed steps; or adaptive ones, by the size of the projection or by the error of index-reduced schemes"));
     program.option("--dt", o.dt, help("fixed step: a positive number, or auto for the paper's 0.5e4 t_s h/L", "s"));
@@ -206,12 +180,9 @@ double number_or_auto(const std::string& text, const char* option, double standa
 }
 
 double tolerance(const Options& o) {
-    return index_reduced(o.scheme) ? number_or_auto(o.tolerance, "--tolerance", 1e-4, "1e-4")
-                                   : number_or_auto(o.tolerance, "--tolerance", 1e-3, "0.001");
+    return description(o.scheme).kind == SchemeKind::projection ? number_or_auto(o.tolerance, "--tolerance", 1e-3, "0.001")
+                                                                : number_or_auto(o.tolerance, "--tolerance", 1e-4, "1e-4");
 }
-
-/// The power of dt that the error estimate of an index-reduced scheme falls with.
-int estimate_order(Scheme scheme) { return scheme == Scheme::ralston ? 2 : scheme == Scheme::dormand_prince ? 5 : 3; }
 
 } // namespace
 
@@ -220,8 +191,11 @@ StepControl make_step_control(const Options& o, const Scene& scene) {
     const double standard_dt = 0.5e4 * unit * std::sqrt(scene.grid.cell_area());
     if (o.step == StepChoice::fixed)
         return {scene.grid, FixedSteps{number_or_auto(o.dt, "--dt", standard_dt, "the paper's 0.5e4 t_s h/L") / unit}};
-    if (index_reduced(o.scheme))
-        return {scene.grid, ErrorSteps{.tolerance = tolerance(o), .order = estimate_order(o.scheme)}};
+    if (description(o.scheme).kind ==
+        SchemeKind::sundials) // one attempt from one target to the next: it has its own error control
+        return {scene.grid, FixedSteps{std::numeric_limits<double>::infinity()}};
+    if (description(o.scheme).kind == SchemeKind::index_reduced)
+        return {scene.grid, ErrorSteps{.tolerance = tolerance(o), .order = description(o.scheme).estimate_order}};
     ProjectionSteps steps = o.projection_steps;
     steps.tolerance = tolerance(o);
     if (o.step_reject > 0.0)
@@ -255,8 +229,13 @@ std::unique_ptr<TimeStepper> make_time_stepper(const Options& o, const Scene& sc
         return projection(Predictor::incremental, Transport::extrapolated);
     case Scheme::chebyshev:
         return make_runge_kutta_chebyshev(scene, std::move(solver), passes, std::move(state));
-    default:
+    case Scheme::ralston:
+    case Scheme::bogacki_shampine:
+    case Scheme::dormand_prince:
         return make_runge_kutta(o.scheme, scene, std::move(solver), passes, std::move(state));
+    default:
+        return make_sundials(o.scheme, scene, std::move(solver), passes,
+                             {.tolerance = tolerance(o), .fixed_steps = o.step == StepChoice::fixed}, std::move(state));
     }
 }
 
@@ -271,10 +250,6 @@ RunOptions make_run_options(const Options& o, const Scene& scene, double start) 
 std::string describe(const Options& o, const Scene& scene, const TimeStepper& stepper, int threads) {
     const Grid& g = scene.grid;
     const double strain_rate = scene.walls.after(0.0).u / (0.5 * g.height) / scene.units.time;
-    const char* schemes[] = {"first-order projection, forward Euler",  "first-order projection, substepped plasticity",
-                             "second-order incremental projection",    "second-order incremental projection, extrapolated",
-                             "index-reduced Ralston (order 2)",        "index-reduced Bogacki-Shampine (order 3)",
-                             "index-reduced Dormand-Prince (order 5)", "index-reduced Runge-Kutta-Chebyshev (order 2)"};
     const std::string unknowns =
         fmt::format("{} velocities, {} cell values", 2LL * g.cells_x * (g.cells_y - 1), 5LL * g.cells_x * g.cells_y);
     return fmt::format(
@@ -283,7 +258,7 @@ std::string describe(const Options& o, const Scene& scene, const TimeStepper& st
         "model     {}; {}, {} steps; {} solver, {} operator\n"
         "memory    about {:.0f} MB; {} thread{}\n",
         g.cells_x, g.cells_y, o.width, o.height, unknowns, describe(o.material), strain_rate,
-        scene.model == Model::full ? "full" : "reduced", schemes[static_cast<int>(o.scheme)],
+        scene.model == Model::full ? "full" : "reduced", description(o.scheme).meaning,
         o.step == StepChoice::fixed ? "fixed" : "adaptive", o.solver == SolverKind::cholesky ? "cholesky" : "fourier",
         o.stiffness == Stiffness::exact ? "exact" : "fully integrated",
         (static_cast<double>(stepper.memory_bytes()) + overhead_bytes(g)) * 1e-6, threads, threads == 1 ? "" : "s");

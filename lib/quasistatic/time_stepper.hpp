@@ -1,5 +1,6 @@
 #pragma once
 #include <ductile/quasistatic/scene.hpp>
+#include <ductile/quasistatic/schemes.hpp>
 
 #include <cstddef>
 #include <limits>
@@ -8,18 +9,6 @@
 #include <vector>
 
 namespace ductile::quasistatic {
-
-/// The time integrators by name.
-enum class Scheme {
-    euler,            ///< first-order projection, forward Euler
-    substepped,       ///< first-order projection, substepped plasticity
-    incremental,      ///< second-order incremental projection
-    extrapolated,     ///< the same with spin, advection and velocity extrapolated to the middle of the step
-    ralston,          ///< index-reduced, Lu & Rycroft's Table A.4 (order 2)
-    bogacki_shampine, ///< index-reduced, order 3
-    dormand_prince,   ///< index-reduced, order 5
-    chebyshev,        ///< index-reduced, stabilised, order 2
-};
 
 /// What an attempted step found.
 struct StepAttempt {
@@ -37,6 +26,8 @@ struct StepperCounts {
     long long evaluations = 0;        ///< right-hand sides of the method of lines
     long long pointwise_substeps = 0; ///< accepted substeps of the RK2(1) pair, summed over plastic cells
     long long rejected_substeps = 0;
+    long long inner_steps = 0; ///< of SUNDIALS
+    long long rejected_inner_steps = 0;
 };
 
 /// Wall seconds by phase since construction, in the order of printing.

@@ -3,7 +3,9 @@
 
 #include <cvode/cvode.h>
 #include <sunlinsol/sunlinsol_dense.h>
+#include <sunlinsol/sunlinsol_spgmr.h>
 #include <sunmatrix/sunmatrix_dense.h>
+#include <sunnonlinsol/sunnonlinsol_fixedpoint.h>
 
 #include <algorithm>
 #include <cmath>
@@ -24,24 +26,23 @@ public:
     Memory(RightHandSide f, std::size_t components, const CvodeOptions& options)
         : integration_(who, &CVodeGetReturnFlagName, std::move(f), components), options_(options) {
         check_tolerances(who, options.relative_tolerance, options.absolute_tolerance);
-        if (options.relative_tolerance == 0.0 || options.absolute_tolerance == 0.0)
+        if (!(options.absolute_tolerance > 0.0 && (options.relative_tolerance > 0.0 || options.solver != CvodeSolver::dense)))
             throw InputError(fmt::format("{}: both tolerances must be positive", who));
+        if (options.projection && options.method != CvodeMethod::bdf)
+            throw InputError(fmt::format("{}: CVODE projects the steps of backward differentiation only", who));
         if (options.largest_step_count <= 0)
             throw InputError(fmt::format("{}: the largest number of steps must be positive", who));
         const N_Vector state = integration_.state();
-        const SUNContext context = integration_.context();
-        const auto size = static_cast<sunindextype>(components);
-        matrix_.reset(made(SUNDenseMatrix(size, size, context), "dense matrix"));
-        linear_solver_.reset(made(SUNLinSol_Dense(state, matrix_.get(), context), "dense linear solver"));
-        stepper_.reset(
-            made(CVodeCreate(options.method == CvodeMethod::bdf ? CV_BDF : CV_ADAMS, context), "multistep integrator"));
+        stepper_.reset(made(CVodeCreate(options.method == CvodeMethod::bdf ? CV_BDF : CV_ADAMS, integration_.context()),
+                            "multistep integrator"));
         void* const stepper = stepper_.get();
         call(CVodeSetErrHandlerFn(stepper, &Integration::note, &integration_), "install its error handler");
         call(CVodeInit(stepper, &Memory::rate, 0.0, state), "take the system");
         call(CVodeSetUserData(stepper, this), "take its user data");
         call(CVodeSStolerances(stepper, options.relative_tolerance, options.absolute_tolerance), "take the tolerances");
-        call(CVodeSetLinearSolver(stepper, linear_solver_.get(), matrix_.get()), "take the linear solver");
-        call(CVodeSetJacFn(stepper, &Memory::jacobian), "take the matrix of difference quotients");
+        set_solver();
+        if (options.projection)
+            call(CVodeSetProjFn(stepper, &Memory::project), "take the projection");
         // Seven, the default, is too few where a step of high order meets the corner of a rate at yield.
         call(CVodeSetMaxErrTestFails(stepper, 50), "take the number of rejections");
     }
@@ -74,6 +75,34 @@ public:
 private:
     void call(int flag, const char* what) { integration_.call(flag, what); }
 
+    void set_solver() {
+        void* const stepper = stepper_.get();
+        const N_Vector state = integration_.state();
+        const SUNContext context = integration_.context();
+        switch (options_.solver) {
+        case CvodeSolver::dense: {
+            const sunindextype size = N_VGetLength(state);
+            matrix_.reset(made(SUNDenseMatrix(size, size, context), "dense matrix"));
+            linear_solver_.reset(made(SUNLinSol_Dense(state, matrix_.get(), context), "dense linear solver"));
+            call(CVodeSetLinearSolver(stepper, linear_solver_.get(), matrix_.get()), "take the linear solver");
+            call(CVodeSetJacFn(stepper, &Memory::jacobian), "take the matrix of difference quotients");
+            break;
+        }
+        case CvodeSolver::krylov: {
+            constexpr int vectors = 20;
+            linear_solver_.reset(made(SUNLinSol_SPGMR(state, SUN_PREC_NONE, vectors, context), "linear solver"));
+            call(CVodeSetLinearSolver(stepper, linear_solver_.get(), nullptr), "take the linear solver");
+            break;
+        }
+        case CvodeSolver::fixed_point: {
+            constexpr int vectors = 3;
+            nonlinear_solver_.reset(made(SUNNonlinSol_FixedPoint(state, vectors, context), "fixed-point iteration"));
+            call(CVodeSetNonlinearSolver(stepper, nonlinear_solver_.get()), "take the fixed-point iteration");
+            break;
+        }
+        }
+    }
+
     /// One step; `t` becomes the time reached. Returns the flag, which is not an error.
     int evolve(double towards, double& t, const StepObserver& observe) {
         const double start = t;
@@ -86,6 +115,12 @@ private:
 
     static int rate(sunrealtype t, N_Vector y, N_Vector rate, void* memory) {
         return Integration::rate(t, y, rate, &static_cast<Memory*>(memory)->integration_);
+    }
+
+    /// The estimate of the error stays that of the step.
+    static int project(sunrealtype t, N_Vector y, N_Vector correction, sunrealtype, N_Vector, void* memory) {
+        Memory& self = *static_cast<Memory*>(memory);
+        return self.integration_.guarded(view(correction), [&] { self.options_.projection(t, view(y), view(correction)); });
     }
 
     /// Difference quotients over increments that suit the state. Those of CVODE grow with the rate: where it is enormous, far
@@ -116,6 +151,7 @@ private:
     CvodeOptions options_;
     Owner<SUNMatrix, SUNMatDestroy> matrix_;
     Owner<SUNLinearSolver, SUNLinSolFree> linear_solver_;
+    Owner<SUNNonlinearSolver, SUNNonlinSolFree> nonlinear_solver_;
     Owner<void*, free_stepper> stepper_;
     Counts earlier_; ///< before the last ReInit
 };

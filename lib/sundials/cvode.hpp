@@ -2,6 +2,7 @@
 #include <ductile/sundials/initial_value.hpp>
 
 #include <cstddef>
+#include <functional>
 #include <memory>
 #include <span>
 
@@ -13,9 +14,22 @@ enum class CvodeMethod {
     adams, ///< Adams-Moulton, orders 1 to 12
 };
 
+/// How the implicit equation of a step is solved.
+enum class CvodeSolver {
+    dense,       ///< Newton's method with a dense matrix of difference quotients: for small systems
+    krylov,      ///< Newton's method with GMRES and difference quotients along its directions: for large stiff systems
+    fixed_point, ///< iteration with Anderson's acceleration: for large systems that are not stiff
+};
+
+/// Writes the correction of `y` that puts it back on the manifold where the solution stays. It may throw.
+using StateProjection = std::function<void(double t, std::span<const double> y, std::span<double> correction)>;
+
 struct CvodeOptions {
     CvodeMethod method = CvodeMethod::bdf;
-    /// Bound of the local error, relative to each component; above 0.
+    CvodeSolver solver = CvodeSolver::dense;
+    /// With CvodeMethod::bdf: applied to every accepted step.
+    StateProjection projection = {};
+    /// Bound of the local error, relative to each component; above 0 with the dense solver.
     double relative_tolerance = 1e-10;
     /// The same, absolute, above 0; the same for all components: scale them to similar sizes.
     double absolute_tolerance = 1e-12;
@@ -23,8 +37,8 @@ struct CvodeOptions {
     long long largest_step_count = 1'000'000;
 };
 
-/// A small system of ordinary differential equations, integrated by SUNDIALS (CVODE, Newton's method with a dense matrix of
-/// difference quotients): an implicit reference beside the explicit ErkIntegrator. One object belongs to one thread.
+/// A system of ordinary differential equations, integrated by SUNDIALS (CVODE): an implicit reference beside the explicit
+/// ErkIntegrator. One object belongs to one thread.
 /// Throws RunError when SUNDIALS gives up, with its own words.
 class CvodeIntegrator {
 public:

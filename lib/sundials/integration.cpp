@@ -40,9 +40,9 @@ Integration::Integration(std::string who, FlagName flag_name, RightHandSide f, s
     N_VConst(0.0, state_.get());
 }
 
-std::span<double> Integration::values() const {
-    return {N_VGetArrayPointer(state_.get()), static_cast<std::size_t>(N_VGetLength(state_.get()))};
-}
+std::span<double> view(N_Vector v) { return {N_VGetArrayPointer(v), static_cast<std::size_t>(N_VGetLength(v))}; }
+
+std::span<double> Integration::values() const { return view(state_.get()); }
 
 void Integration::begin(std::span<const double> y, double t0, double t1) const {
     if (y.size() != values().size())
@@ -97,18 +97,20 @@ void Integration::give_up(long long steps, double t) const {
         fmt::format("{}: more than {} steps are needed (at t = {:.6g}): loosen the tolerances or allow more", who_, steps, t));
 }
 
-int Integration::rate(sunrealtype t, N_Vector y, N_Vector rate, void* integration) {
-    Integration& self = *static_cast<Integration*>(integration);
-    const std::size_t size = self.values().size();
-    const std::span<double> result(N_VGetArrayPointer(rate), size);
-    ++self.evaluations_;
+int Integration::guarded(std::span<const double> result, const std::function<void()>& callback) {
     try { // an exception must not cross the frames of a C library
-        self.f_(t, std::span<const double>(N_VGetArrayPointer(y), size), result);
+        callback();
     } catch (...) {
-        self.exception_ = std::current_exception();
+        exception_ = std::current_exception();
         return -1;
     }
     return std::all_of(result.begin(), result.end(), [](double x) { return std::isfinite(x); }) ? 0 : 1;
+}
+
+int Integration::rate(sunrealtype t, N_Vector y, N_Vector rate, void* integration) {
+    Integration& self = *static_cast<Integration*>(integration);
+    ++self.evaluations_;
+    return self.guarded(view(rate), [&] { self.f_(t, view(y), view(rate)); });
 }
 
 /// Keeps what SUNDIALS would print.

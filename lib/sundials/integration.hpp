@@ -32,6 +32,9 @@ template <class Handle> Handle* made(Handle* handle, const char* what) {
     return handle;
 }
 
+/// The components of a serial vector.
+[[nodiscard]] std::span<double> view(N_Vector v);
+
 /// Throws InputError unless both are zero or positive and one is positive. `who` begins the message.
 void check_tolerances(const std::string& who, double relative, double absolute);
 
@@ -61,6 +64,10 @@ public:
     /// The same for the flag of a step that began at `t`; what the right-hand side threw goes first.
     void check_step(int flag, double t);
     [[noreturn]] void give_up(long long steps, double t) const;
+
+    /// Runs a callback that fills `result`: keeps what it throws for check_step(). Returns 0, or the flag that SUNDIALS takes for
+    /// a failure: -1 after an exception, 1 (try a shorter step) where the result is not finite.
+    int guarded(std::span<const double> result, const std::function<void()>& callback);
 
     /// The callbacks, with this object as user data.
     static int rate(sunrealtype t, N_Vector y, N_Vector rate, void* integration);
