@@ -32,10 +32,10 @@ struct Options {
     double wall_velocity = 2e-7 * 0.01 / 4.05e-6; ///< 2e-7 L/t_s
     std::string wall_history;                     ///< replaces wall_velocity unless empty
 
-    Scheme scheme = Scheme::incremental;
+    Scheme scheme = Scheme::bogacki_shampine;
     Stiffness stiffness = Stiffness::exact;
     SolverKind solver = SolverKind::fastest;
-    StepChoice step = StepChoice::fixed;
+    StepChoice step = StepChoice::adaptive;
     std::string dt = "auto"; ///< seconds, or 0.5e4 t_s h/L (Sec. 8.1)
     std::string tolerance = "auto";
     ProjectionSteps projection_steps{.smallest_step = 1e-6 * 4.05e-6, .largest_step = 1e3 * 4.05e-6, .first_step = 10 * 4.05e-6};
