@@ -52,6 +52,13 @@ double IndexReducedStepper::limit_step(double dt) {
 }
 
 StepAttempt IndexReducedStepper::attempt(double dt, double end) {
+    const Timer timer;
+    const StepAttempt result = attempt_step(dt, end);
+    attempt_seconds_ += timer.seconds();
+    return result;
+}
+
+StepAttempt IndexReducedStepper::attempt_step(double dt, double end) {
     provide_start_rate();
 
     step_begin_ = state_.time;
@@ -120,7 +127,8 @@ StepperCounts IndexReducedStepper::counts() const {
 }
 
 PhaseSeconds IndexReducedStepper::phase_seconds() const {
-    return {{"rates", lines_.rate_seconds()}, {"elliptic solve", lines_.solve_seconds()}};
+    const double rates = lines_.rate_seconds(), solves = lines_.solve_seconds();
+    return {{"rates", rates}, {"elliptic solve", solves}, {"combination", std::max(attempt_seconds_ - rates - solves, 0.0)}};
 }
 
 std::size_t IndexReducedStepper::memory_bytes() const {

@@ -61,6 +61,7 @@ private:
         double fraction = 0.0; ///< of the current step
         VectorField* velocity = nullptr;
     };
+    StepAttempt attempt_step(double dt, double end);
     void provide_start_rate();
     void guess_velocity(double fraction, VectorField& guess) const;
 
@@ -75,9 +76,10 @@ private:
     int stage_ = 0;
     double step_begin_ = 0.0, step_length_ = 0.0, step_end_ = 0.0; ///< of the current attempt
     double earlier_step_ = 0.0;                                    ///< t_n - t_{n-1}
-    double relaxation_ = 0.0;                                      ///< at the start of the step
-    RateReport latest_;                                            ///< of the latest evaluation of an attempt
-    WallVelocity rate_wall_;                                       ///< motion of the walls that rate_ belongs to
+    double attempt_seconds_ = 0.0;
+    double relaxation_ = 0.0; ///< at the start of the step
+    RateReport latest_;       ///< of the latest evaluation of an attempt
+    WallVelocity rate_wall_;  ///< motion of the walls that rate_ belongs to
     double internal_scale_;
     bool started_ = false;
 };
