@@ -15,6 +15,8 @@ import statistics
 import subprocess
 import time
 
+import matplotlib.pyplot as plt
+
 import common
 import convergence
 from common import FIELDS
@@ -54,6 +56,28 @@ def side_by_side(program, work, fine, repetitions):
                          f"{seconds[name]:.3f} ({min(s['wall_seconds'] for s in runs[name]):.3f})", *ratios])
             print(*rows[-1], flush=True)
     return rows
+
+
+def equilibrium(program, work, path):
+    """Draws |B^T sigma|/(|sigma| h) over the default run on 128 x 128 cells, and with the fully integrated stiffness, which does not
+    keep it; returns a line of text."""
+    figure, axis = plt.subplots(figsize=(7, 4), layout="constrained")
+    largest = {}
+    for operator in ("exact", "full"):
+        fresh(program, work / f"operator-{operator}", {"cells": 128, "operator": operator, "snapshots": common.DURATION})
+        history = common.history(work / f"operator-{operator}")
+        residual = history["equilibrium_residual"][1:]
+        largest[operator] = residual.max()
+        axis.semilogy(history["time_s"][1:], residual, label=f"stiffness: {operator}")
+        if operator == "exact":
+            halves = [part.max() for part in (residual[:residual.size // 2], residual[residual.size // 2:])]
+    axis.set(xlabel="t [s]", ylabel=r"largest $|B^T\sigma|/(|\sigma| h)$", title="default scheme, 128 x 128 cells")
+    axis.legend()
+    figure.savefig(path, dpi=100)
+    plt.close(figure)
+    return (f"Equilibrium on 128 x 128 cells: the relative residual |B^T sigma|/(|sigma| h) stays below {largest['exact']:.1e} (first half of the steps "
+            f"{halves[0]:.1e}, second half {halves[1]:.1e}); with the stiffness (S.20) it reaches {largest['full']:.1e}. "
+            f"[Figure]({path.name}).\n")
 
 
 def interrupted_run(program, folder, options, after):
@@ -119,6 +143,7 @@ def main():
     name = convergence.run_name(kind, options.reference)
     reference = common.run_all(options.program, options.work.parent / "runs", {name: convergence.reference(kind, options.reference)}, 1)
     fine = common.load(reference[name])
+    options.results.mkdir(parents=True, exist_ok=True)
     rows = side_by_side(options.program, options.work, fine, options.repetitions)
     header = ["N", "run", *(f"error of {f}" for f in FIELDS), "solves", "wall s, median (best)", "error over the paper's: v, sigma, chi",
               "fewer solves", "less time"]
@@ -126,7 +151,8 @@ def main():
         f"# The default scheme\n\n{common.provenance()}\n",
         f"Full model, t = 35e4 t_s, {THREADS} threads. Paper: incremental scheme, constant steps 0.5e4 t_s h/L. Errors in the norm (59), divided by "
         f"U, s_Y, chi_inf, against N = {options.reference}.\n",
-        common.markdown_table(header, rows), f"## {LARGE} x {LARGE} cells\n",
+        common.markdown_table(header, rows),
+        equilibrium(options.program, options.work, options.results / "equilibrium_residual.png"), f"## {LARGE} x {LARGE} cells\n",
         *large(options.program, options.work, fine, options.interrupt_after), ""])
     common.publish(options.results, "default_scheme", text, header, rows)
 
