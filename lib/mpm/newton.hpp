@@ -11,10 +11,10 @@ namespace ductile::mpm {
 /// F(u) = 0 with its derivative; what MomentumBalance offers, and what the solvers below and KINSOL's need.
 struct NonlinearSystem {
     std::size_t size = 0;
-    std::function<void(std::span<const double> u, std::span<double> f)> residual;
-    std::function<void(std::span<const double> u)> linearise; ///< fixes the u of jacobian_times
-    LinearMap jacobian_times;
-    InPlaceMap precondition; ///< an approximation of the inverse of J; may be empty
+    std::function<void(std::span<const double> u, std::span<double> f)> residual = {};
+    std::function<void(std::span<const double> u)> linearise = {}; ///< fixes the u of jacobian_times
+    LinearMap jacobian_times = {};
+    InPlaceMap precondition = {}; ///< an approximation of the inverse of J; may be empty
 };
 
 enum class LinearMethod { conjugate_gradients, gmres };
