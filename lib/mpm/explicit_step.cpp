@@ -27,7 +27,6 @@ void ExplicitStep::advance(State& state, double dt) {
         increment_[c] = nodes.prescribed[c] ? 0.0 : dt * force_[c] / nodes.mass[c / 2];
         motion_[c] = nodes.velocity[c] + increment_[c];
     }
-    check_travel(state, dt);
     const bool momentum = form_ == Form::momentum;
     if (momentum) {
         straining_.resize(size);
@@ -35,20 +34,26 @@ void ExplicitStep::advance(State& state, double dt) {
         for (std::size_t c = 0; c < size; ++c)
             straining_[c] = nodes.velocity[c] + (nodes.prescribed[c] ? 0.0 : straining_[c] / nodes.mass[c / 2]);
     }
-    d.advance(state.particles, {motion_, momentum ? straining_ : motion_, increment_, false, dt});
+    const std::span<const double> straining = momentum ? straining_ : motion_;
+    check_travel(state, straining, dt);
+    d.advance(state.particles, {motion_, straining, increment_, false, dt});
     move_rigid_bodies(state.rigid_bodies, dt);
     state.time += dt;
     ++state.step;
 }
 
-void ExplicitStep::check_travel(const State& state, double dt) const {
+void ExplicitStep::check_travel(const State& state, std::span<const double> velocity, double dt) const {
     const double farthest = scene_.grid.smallest_spacing() / dt;
-    for (std::size_t c = 0; c < motion_.size(); ++c)
-        if (!(std::abs(motion_[c]) <= farthest))
+    for (const double v : velocity)
+        if (!(std::abs(v) <= farthest))
             throw RunError(
-                fmt::format("step {} at t = {:.6g} s with dt = {:.6g} s: a node would move with {:.3g} m/s, farther than a "
-                            "cell: the step is too long for the explicit method, use a smaller --dt",
-                            state.step + 1, state.time, dt, motion_[c]));
+                fmt::format("step {} at t = {:.6g} s with dt = {:.6g} s: a node would strain the particles with {:.3g} m/s, "
+                            "farther than a cell: the step is too long for the explicit method{}; use a smaller --dt{}",
+                            state.step + 1, state.time, dt, v,
+                            form_ == Form::velocity ? ", or particles have just entered a cell, which the velocity form "
+                                                      "does not bear"
+                                                    : "",
+                            form_ == Form::velocity ? " or --form momentum" : ""));
 }
 
 double explicit_step_size(const Scene& scene, const Particles& particles, double safety) {

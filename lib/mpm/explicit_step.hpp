@@ -31,7 +31,7 @@ public:
     [[nodiscard]] const Discretisation& discretisation() const { return *discretisation_; }
 
 private:
-    void check_travel(const State& state, double dt) const;
+    void check_travel(const State& state, std::span<const double> velocity, double dt) const;
 
     const Scene& scene_;
     Form form_;

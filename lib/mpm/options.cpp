@@ -29,8 +29,10 @@ void declare_time(io::Program& program, Options& o) {
                     {"midpoint", Method::midpoint},
                     {"quasi-static", Method::quasi_static}},
                    help("explicit; implicit with the weight --mu; implicit midpoint rule; or without inertia"));
-    program.choice("--form", o.form, {{"velocity", Form::velocity}, {"momentum", Form::momentum}},
-                   help("the nodal unknown of the equations"));
+    program.choice("--form", o.form,
+                   {{"velocity", FormChoice::velocity}, {"momentum", FormChoice::momentum}, {"auto", FormChoice::automatic}},
+                   help("the nodal unknown of the equations; auto: momentum for --method explicit, which bears particles that "
+                        "have just entered a cell, velocity otherwise"));
     program.option("--mu", o.mu,
                    help("weight of the force at the end of the step, --method implicit", "", io::between(0.0, 1.0)));
     program.option("--dt", o.dt,
@@ -100,6 +102,12 @@ double number_or_auto(const std::string& text, const char* option, double automa
     }
 }
 
+Form form_of(const Options& o) {
+    if (o.form == FormChoice::automatic)
+        return o.method == Method::explicit_steps ? Form::momentum : Form::velocity;
+    return o.form == FormChoice::velocity ? Form::velocity : Form::momentum;
+}
+
 double target_step(const Options& o, const Scene& scene, const State& start) {
     const double stable = explicit_step_size(scene, start.particles, o.safety);
     return number_or_auto(o.dt, "--dt", o.method == Method::explicit_steps ? stable : 100.0 * stable);
@@ -135,7 +143,7 @@ void declare(io::Program& program, Options& options) {
 
 std::unique_ptr<TimeStepper> make_time_stepper(const Options& o, const Scene& scene, const State& start) {
     if (o.method == Method::explicit_steps)
-        return make_explicit_stepper(scene, o.form);
+        return make_explicit_stepper(scene, form_of(o));
     const ImplicitMethod method = o.method == Method::implicit   ? ImplicitMethod::paper
                                   : o.method == Method::midpoint ? ImplicitMethod::midpoint
                                                                  : ImplicitMethod::quasi_static;
@@ -149,7 +157,7 @@ std::unique_ptr<TimeStepper> make_time_stepper(const Options& o, const Scene& sc
                                .largest_newton_iterations = o.newton_iterations,
                                .largest_linear_iterations = o.krylov_vectors};
     const double stable = explicit_step_size(scene, start.particles, o.safety);
-    return make_implicit_stepper(scene, {.scheme = {.method = method, .form = o.form, .mu = o.mu},
+    return make_implicit_stepper(scene, {.scheme = {.method = method, .form = form_of(o), .mu = o.mu},
                                          .solver = o.solver,
                                          .newton = newton,
                                          .preconditioner = preconditioner_kind(o, target_step(o, scene, start), stable),
@@ -189,7 +197,7 @@ std::string describe(const Options& o, const Scene& scene, const State& start, c
                        scene.grid.cells_x, scene.grid.cells_y, scene.grid.dx(), geometries[static_cast<int>(scene.geometry)],
                        shapes[static_cast<int>(scene.shape)], start.particles.size(), rigid, scene.materials.size(),
                        scene.materials.size() == 1 ? "" : "s", scene.finite_rotation ? "finite rotation" : "small rotation",
-                       name_of(o.method), o.form == Form::velocity ? "velocity" : "momentum", control.options().target,
+                       name_of(o.method), form_of(o) == Form::velocity ? "velocity" : "momentum", control.options().target,
                        control.options().target / stable, o.duration - start.time,
                        static_cast<double>(start.particles.memory_bytes() + stepper.memory_bytes()) * 1e-6 + 20.0);
 }

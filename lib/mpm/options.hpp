@@ -12,6 +12,7 @@
 namespace ductile::mpm {
 
 enum class Method { explicit_steps, implicit, midpoint, quasi_static };
+enum class FormChoice { velocity, momentum, automatic };
 enum class PreconditionerChoice { none, diagonal, tangent, automatic };
 
 /// The options that all material point programs share, in SI. Programs set their own defaults before declare().
@@ -21,7 +22,7 @@ struct Options {
     int particles_per_side = 2;
 
     Method method = Method::implicit;
-    Form form = Form::velocity;
+    FormChoice form = FormChoice::automatic;
     double mu = 1.0;
     std::string dt = "auto", dt_start = "auto"; ///< seconds, or "auto"
     double safety = 0.48;

@@ -67,7 +67,8 @@ io::RunStatus run(const Problem& problem, State& state, TimeStepper& stepper, St
     StepControl::Step step;
     StepOutcome outcome;
     try {
-        while (state.time < options.duration_s) {
+        // a sum of steps that is short of the end by round-off has reached it
+        while (state.time < options.duration_s - 1e-9 * control.options().target) {
             if (io::interrupted()) {
                 recorder.checkpoint(state, control, counters());
                 recorder.finish();
