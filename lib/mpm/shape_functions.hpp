@@ -12,7 +12,7 @@ namespace ductile::mpm {
 /// 1] inside it:
 /// - `support`: nodes that a particle sees each way;
 /// - `nodes(cells)`: nodes of the line;
-/// - `first(xi, cell)`: the first of the nodes it sees;
+/// - `first(xi, cell, cells)`: the first of the nodes it sees;
 /// - `wall_layers`: how many nodes at either end take the condition of that side;
 /// - `stored`: numbers a direction that a particle keeps for a step;
 /// - `store(xi, cell, cells, half_width/h, numbers)` computes them; `expand(numbers, 1/h)` turns them into values and
@@ -28,7 +28,7 @@ struct Linear {
     static constexpr int support = 2, wall_layers = 1, stored = 1;
     static constexpr bool smooth = false;
     static constexpr int nodes(int cells) { return cells + 1; }
-    static int first(double, int cell) { return cell; }
+    static int first(double, int cell, int) { return cell; }
 
     static void store(double xi, int, int, double, double* stored_numbers) { stored_numbers[0] = xi; }
     [[gnu::DUCTILE_ALWAYS_INLINE]] static Factors<2> expand(const double* stored_numbers, double inverse_h) {
@@ -48,19 +48,28 @@ struct ThreeNodes {
 };
 
 /// The generalised interpolation material point method of Bardenhagen & Kober (2004) with particles of constant size ("uGIMP"):
-/// the average of a hat function over the particle's width, which must not exceed a cell. One row of nodes lies outside each
-/// side; it takes the condition of that side.
+/// the average of a hat function over the particle's width, which must not exceed a cell. A particle nearer to a side of the grid
+/// than half its width is taken as narrow as to touch the side: so no velocity is left across a wall.
 struct Gimp : ThreeNodes {
-    static constexpr int wall_layers = 2;
-    static constexpr int nodes(int cells) { return cells + 3; }
-    /// Node n lies at (n - 1) h. In the lower half of cell c the particle sees the nodes at (c - 1, c, c + 1) h, in the upper
-    /// half those at (c, c + 1, c + 2) h.
-    static int first(double xi, int cell) { return xi < 0.5 ? cell : cell + 1; }
+    static constexpr int wall_layers = 1;
+    static constexpr int nodes(int cells) { return cells + 1; }
+    /// In the lower half of a cell a particle reaches the node below the cell, in the upper half the one above.
+    static int first(double xi, int cell, int cells) { return std::clamp(xi < 0.5 ? cell - 1 : cell, 0, cells - 2); }
 
-    static void store(double xi, int, int, double half_width_over_h, double* s) {
-        const double from_first = xi < 0.5 ? xi + 1.0 : xi; // distance from the first node seen, in cells
+    static void store(double xi, int cell, int cells, double half_width_over_h, double* s) {
+        const double place = cell + xi, half_width = std::min({half_width_over_h, place, cells - place});
+        const int node = first(xi, cell, cells);
+        if (half_width < 1e-6) { // at a side: the hat function itself
+            std::fill_n(s, stored, 0.0);
+            double* const own = s + (cell - node);
+            own[0] = 1.0 - xi;
+            own[1] = xi;
+            own[3] = -1.0;
+            own[4] = 1.0;
+            return;
+        }
         for (int k = 0; k < 3; ++k)
-            averaged_hat(from_first - k, half_width_over_h, s[k], s[k + 3]);
+            averaged_hat(place - (node + k), half_width, s[k], s[k + 3]);
     }
 
 private:
@@ -70,7 +79,7 @@ private:
         if (d < l) {
             value = 1.0 - (d * d + l * l) / (2.0 * l);
             slope = -sign * d / l;
-        } else if (d <= 1.0 - l) {
+        } else if (d < 1.0 - l) {
             value = 1.0 - d;
             slope = -sign;
         } else if (d < 1.0 + l) {
@@ -86,7 +95,7 @@ private:
 struct BSpline : ThreeNodes {
     static constexpr int wall_layers = 1;
     static constexpr int nodes(int cells) { return cells + 2; }
-    static int first(double, int cell) { return cell; }
+    static int first(double, int cell, int) { return cell; }
 
     static void store(double xi, int cell, int cells, double, double* s) {
         // Cox-de Boor with the knots a <= 0, 1 <= b around the cell [0, 1]: a = -1, b = 2 but at the ends

@@ -47,7 +47,8 @@ template <class Shape> void Transfer<Shape>::settle(const Particles& particles, 
     double* const stored = &weights_[2 * Shape::stored * p];
     Shape::store(place.xi, place.cell_x, grid_.cells_x, particles.half_width[p] * inverse_dx_, stored);
     Shape::store(place.eta, place.cell_y, grid_.cells_y, particles.half_height[p] * inverse_dy_, stored + Shape::stored);
-    first_[p] = Shape::first(place.eta, place.cell_y) * nodes_x_ + Shape::first(place.xi, place.cell_x);
+    first_[p] =
+        Shape::first(place.eta, place.cell_y, grid_.cells_y) * nodes_x_ + Shape::first(place.xi, place.cell_x, grid_.cells_x);
 }
 
 template <class Shape> void Transfer<Shape>::settle_all(const Particles& particles) {
@@ -218,7 +219,8 @@ template <class Shape> void Transfer<Shape>::prescribe(std::span<const RigidBody
             Shape::store(cx - cell_x, cell_x, grid_.cells_x, 0.25, stored[0]);
             Shape::store(cy - cell_y, cell_y, grid_.cells_y, 0.25, stored[1]);
             const Factors<support> fx = Shape::expand(stored[0], inverse_dx_), fy = Shape::expand(stored[1], inverse_dy_);
-            const int first = Shape::first(cy - cell_y, cell_y) * nodes_x_ + Shape::first(cx - cell_x, cell_x);
+            const int first =
+                Shape::first(cy - cell_y, cell_y, grid_.cells_y) * nodes_x_ + Shape::first(cx - cell_x, cell_x, grid_.cells_x);
             for (int k = 0; k < seen; ++k) {
                 const std::int32_t number = number_[first + k / support * nodes_x_ + k % support];
                 if (number < 0 || fx.w[k % support] * fy.w[k / support] <= edge)
