@@ -50,7 +50,12 @@ void run_well(const std::string& program, const Arguments& arguments) {
     REQUIRE(outcome.status == 0);
 }
 
-nlohmann::json summary(const fs::path& folder) { return nlohmann::json::parse(scratch::read(folder / "summary.json")); }
+/// summary.json, with what only this scene knows on the same level as the rest.
+nlohmann::json summary(const fs::path& folder) {
+    nlohmann::json json = nlohmann::json::parse(scratch::read(folder / "summary.json"));
+    json.update(json.at("extra"));
+    return json;
+}
 
 /// All numbers of a run that do not depend on the wall clock.
 struct Result {
