@@ -20,6 +20,11 @@ const DruckerPrager soil(elasticity_from_young(50e6, 0.25),
                          {.cohesion = 20e3, .friction = 0.8, .dilatancy = 0.3, .hardening = 1e6});
 const DruckerPrager associated_soil(elasticity_from_young(50e6, 0.25), {.cohesion = 20e3, .friction = 0.8, .dilatancy = 0.8});
 
+const IsotropicElasticity glass{.bulk_modulus = 122e9, .shear_modulus = 37.4e9};
+const Viscoplastic<StzModel> metallic_glass(glass, StzModel({}, si_units));
+const Viscoplastic<PerzynaModel>
+    creeping_glass(glass, PerzynaModel({.yield_stress = 0.85e9, .hardening_modulus = 1e9, .reference_rate = 1.0}, si_units));
+
 double distance(const SymmetricTensor& a, const SymmetricTensor& b) {
     const SymmetricTensor d = a - b;
     return std::sqrt(contraction(d, d));
@@ -55,11 +60,12 @@ StressReturn integrate_rates(const IsotropicElasticity& e, double yield, double 
     return {stress, p};
 }
 
-template <class Law> void check_tangent(const Law& law, double strain_size, unsigned seed) {
+template <class Law>
+void check_tangent(const Law& law, double strain_size, unsigned seed, double first = 0.0, double last = 0.01) {
     std::mt19937 engine(seed);
     for (int n = 0; n < 200; ++n) {
         const SymmetricTensor trial = elastic_stress(law.elasticity(), random_tensor(engine, strain_size));
-        const double internal = std::uniform_real_distribution<double>(0.0, 0.01)(engine);
+        const double internal = std::uniform_real_distribution<double>(first, last)(engine);
         const Tangent t = law.tangent(trial, internal, 1.0);
         const SymmetricTensor direction = random_tensor(engine, 1.0);
         const double d[4] = {direction.xx, direction.yy, direction.zz, 2.0 * direction.xy};
@@ -173,12 +179,57 @@ TEST_CASE("Drucker-Prager: cone, apex and elastic range end on the yield surface
                    "dilatancy = 0.4"));
 }
 
+TEST_CASE("rate models under steady simple shear flow as fast as they are sheared") {
+    // at steady state D^pl is the rate of shear: Perzyna's overstress gives sbar = Y (1 + D/D_0) for n = 1 without hardening
+    const Viscoplastic<PerzynaModel> perzyna(glass, PerzynaModel({.yield_stress = 0.85e9, .reference_rate = 0.5}, si_units));
+    const double rate = 0.1; // of D_xy [1/s]
+    StressReturn state;
+    for (int n = 0; n < 4000; ++n)
+        state = perzyna.correct(state.stress + elastic_stress(glass, {0.0, 0.0, 0.0, rate * 1e-3}), state.internal, 1e-3);
+    CHECK(state.stress.xy == doctest::Approx(0.85e9 * (1.0 + rate / 0.5)).epsilon(1e-9));
+    CHECK(state.internal == doctest::Approx(rate * 4.0 - state.stress.xy / (2.0 * glass.shear_modulus)).epsilon(1e-2));
+
+    // the STZ law heats towards chi_inf, where D^pl(sbar, chi_inf) = rate
+    const StzModel stz({}, si_units);
+    state = {{}, 600.0};
+    for (int n = 0; n < 40'000; ++n)
+        state = metallic_glass.correct(state.stress + elastic_stress(glass, {0.0, 0.0, 0.0, rate * 1e-3}), state.internal, 1e-3);
+    CHECK(state.internal == doctest::Approx(900.0).epsilon(1e-3));
+    CHECK(stz.rates(state.stress.xy, state.internal).fluidity * state.stress.xy == doctest::Approx(rate).epsilon(1e-3));
+}
+
+TEST_CASE("rate models: first order in the step, whatever its length the stress stays between yield and trial") {
+    const SymmetricTensor start{0.3e9, -0.4e9, 0.1e9, 0.2e9}, strain{0.02, -0.015, 0.001, 0.02};
+    const auto steps_to_end = [&](int steps) {
+        StressReturn r{start, 640.0};
+        for (int n = 0; n < steps; ++n)
+            r = metallic_glass.correct(r.stress + elastic_stress(glass, (1.0 / steps) * strain), r.internal, 2.0 / steps);
+        return r;
+    };
+    const StressReturn reference = steps_to_end(20'000);
+    const double coarse = distance(steps_to_end(200).stress, reference.stress),
+                 fine = distance(steps_to_end(400).stress, reference.stress);
+    CHECK(fine < 0.01 * size(reference.stress));
+    CHECK(std::log2(coarse / fine) == doctest::Approx(1.0).epsilon(0.1));
+    std::mt19937 engine(9);
+    for (const double dt : {1e-9, 1e-3, 1.0, 1e6})
+        for (int n = 0; n < 50; ++n) {
+            const SymmetricTensor trial = elastic_stress(glass, random_tensor(engine, 0.1));
+            const double before = equivalent_stress(trial) / std::sqrt(3.0);
+            const double after = equivalent_stress(metallic_glass.correct(trial, 700.0, dt).stress) / std::sqrt(3.0);
+            CHECK(after <= before * (1.0 + 1e-12));
+            CHECK(after >= std::min(before, 0.85e9) * (1.0 - 1e-12));
+        }
+}
+
 TEST_CASE("tangents are the derivatives of the returned stress") {
     check_tangent(LinearElastic(steel), 1e-2, 1);
     check_tangent(hardening_steel, 1e-2, 2);
     check_tangent(bilinear_steel, 2e-2, 3);
     check_tangent(soil, 3e-3, 4);
     check_tangent(associated_soil, 3e-3, 5);
+    check_tangent(metallic_glass, 0.05, 6, 600.0, 900.0);
+    check_tangent(creeping_glass, 0.05, 7);
 }
 
 TEST_CASE("plane stress: no stress out of the plane, and uniaxial tension hardens as the law says") {

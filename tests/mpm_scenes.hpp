@@ -20,6 +20,9 @@ inline AnyStressLaw law_named(const std::string& name) {
         return LinearElastic(rubber);
     if (name == "von Mises")
         return VonMises(rubber, {.yield_stress = 6.0, .modulus = 50.0});
+    if (name == "Perzyna")
+        return Viscoplastic<PerzynaModel>(
+            rubber, PerzynaModel({.yield_stress = 3.0, .hardening_modulus = 20.0, .reference_rate = 0.5}, si_units));
     return DruckerPrager(rubber, {.cohesion = 6.0, .friction = 0.5, .dilatancy = 0.2, .hardening = 50.0});
 }
 

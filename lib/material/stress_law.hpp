@@ -1,6 +1,7 @@
 #pragma once
 #include <ductile/material/drucker_prager.hpp>
 #include <ductile/material/linear_elastic.hpp>
+#include <ductile/material/viscoplastic.hpp>
 #include <ductile/material/von_mises.hpp>
 
 #include <concepts>
@@ -22,9 +23,9 @@ concept StressLaw = requires(const L law, const SymmetricTensor& trial, double x
 };
 
 /// The registry: a new law is one more type in this line.
-using AnyStressLaw = std::variant<LinearElastic, VonMises, DruckerPrager>;
+using AnyStressLaw = std::variant<LinearElastic, VonMises, DruckerPrager, Viscoplastic<StzModel>, Viscoplastic<PerzynaModel>>;
 
-static_assert(StressLaw<LinearElastic> && StressLaw<VonMises> && StressLaw<DruckerPrager>,
+static_assert(StressLaw<LinearElastic> && StressLaw<VonMises> && StressLaw<DruckerPrager> && StressLaw<Viscoplastic<StzModel>>,
               "a law must offer elasticity, correct and tangent");
 
 } // namespace ductile

@@ -56,6 +56,7 @@ void add_body(Particles& particles, const Body& body, const Grid& grid, Geometry
         particles.mass[p] = body.density * 4.0 * half_width * half_height * (geometry == Geometry::axisymmetric ? x : 1.0);
         particles.half_width[p] = half_width;
         particles.half_height[p] = half_height;
+        particles.internal[p] = body.internal;
         particles.material[p] = body.material;
         particles.id[p] = static_cast<std::int64_t>(p);
     });

@@ -23,6 +23,7 @@ struct Body {
     double density = 0.0;
     double velocity_x = 0.0, velocity_y = 0.0;
     int particles_per_side = 2; ///< of a cell: four particles a cell by default
+    double internal = 0.0;      ///< initial value of its law's internal variable (an effective temperature is not zero)
 };
 
 /// Adds the particles of a body: trial points evenly spaced in every cell of the grid, kept where they lie in the shape, each

@@ -62,7 +62,7 @@ void declare_solver(io::Program& program, Options& o) {
          {"diagonal", PreconditionerChoice::diagonal},
          {"tangent", PreconditionerChoice::tangent},
          {"auto", PreconditionerChoice::automatic}},
-        help("none, the diagonal of the Jacobian, the factorised tangent; auto: tangent for steps of 300 explicit ones "
+        help("none, the diagonal of the Jacobian, the factorised tangent; auto: tangent for steps of 100 explicit ones "
              "or more, diagonal below"));
     program.choice("--jacobian", o.product,
                    {{"analytic", JacobianProduct::analytic}, {"difference", JacobianProduct::difference}},
@@ -124,7 +124,7 @@ PreconditionerKind preconditioner_kind(const Options& o, double dt, double stabl
     case PreconditionerChoice::automatic:
         break;
     }
-    return dt >= 300.0 * stable ? PreconditionerKind::tangent : PreconditionerKind::diagonal;
+    return dt >= 100.0 * stable ? PreconditionerKind::tangent : PreconditionerKind::diagonal;
 }
 
 const char* name_of(Method method) {
