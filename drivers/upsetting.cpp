@@ -21,6 +21,7 @@ struct BilletOptions {
     double young_modulus = 200e9, poisson_ratio = 0.3, density = 7800.0, speed = 1.0;
     Hardening hardening{.yield_stress = 0.7e9, .modulus = 0.3e9};
     double heat_capacity = 460.0;
+    bool frictionless = false;
 };
 
 Problem make_billet(const BilletOptions& o, const Options& options) {
@@ -45,6 +46,7 @@ Problem make_billet(const BilletOptions& o, const Options& options) {
     RigidBody platen =
         make_rigid_body("platen", rectangle(0.0, 16e-3, width, height), options.particles_per_side, problem.scene.grid);
     platen.velocity_y = -o.speed;
+    platen.holds_x = !o.frictionless;
     problem.start.rigid_bodies.push_back(std::move(platen));
 
     const auto largest = [](const aligned_vector<double>& values) { return *std::max_element(values.begin(), values.end()); };
@@ -95,6 +97,8 @@ int main(int argc, char** argv) {
         program.option("--yield-stress", billet.hardening.yield_stress, {"Billet", "first yield", "Pa", io::positive});
         program.option("--hardening", billet.hardening.modulus, {"Billet", "hardening modulus", "Pa", io::not_negative});
         program.option("--heat-capacity", billet.heat_capacity, {"Billet", "for the temperature rise", "J/(kg K)", io::positive});
+        program.option("--frictionless", billet.frictionless,
+                       {"Billet", "let the platen slip over the billet instead of sticking to it"});
         program.option("--speed", billet.speed, {"Billet", "of the platen", "m/s", io::positive});
         if (!program.parse(argc, argv))
             return 0;

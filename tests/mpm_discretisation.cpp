@@ -382,6 +382,17 @@ TEST_CASE("sides: fixed, slip and free; rigid bodies hold the nodes they touch")
     }
 }
 
+TEST_CASE("empty cells inside a body are counted") {
+    Block b = block(ShapeFunction::linear);
+    CHECK(enclosed_empty_cells(b.scene.grid, b.state.particles) == 0);
+    for (double& x : b.state.particles.x)
+        x = x < 0.4 ? x - 0.1 : x; // a gap of a cell across the body, four cells high
+    CHECK(enclosed_empty_cells(b.scene.grid, b.state.particles) == 4);
+    for (double& x : b.state.particles.x)
+        x = x < 0.4 ? x - 0.1 : x; // two cells wide it separates two bodies
+    CHECK(enclosed_empty_cells(b.scene.grid, b.state.particles) == 0);
+}
+
 TEST_CASE("a particle that leaves the grid and a node that runs away end the step with their place, and the state as it was") {
     Block b = block(ShapeFunction::linear);
     set_velocity(b.state.particles, 0.0, 9.0, 0.0);

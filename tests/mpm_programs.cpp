@@ -9,7 +9,9 @@
 #include <nlohmann/json.hpp>
 
 #include <chrono>
+#include <cmath>
 #include <map>
+#include <numbers>
 #include <string>
 #include <thread>
 #include <vector>
@@ -144,6 +146,30 @@ TEST_CASE("upsetting: explicit and implicit runs press the billet alike; failing
     CHECK(contains(outcome.errors, "failed even with dt = "));
     CHECK(summary(folder / "hopeless")["status"] == "failed");
     CHECK(summary(folder / "hopeless")["rejected_steps"].get<int>() > 20);
+}
+
+TEST_CASE("upsetting without friction is uniaxial compression: the load follows the hardening law on the spread section") {
+    const scratch::Folder folder;
+    run_well("upsetting", {"--frictionless", "--shape", "bspline", "--dt", "2e-5", "--duration", "4e-3", "--snapshots", "0",
+                           "--output", folder / "run"});
+    const nlohmann::json s = summary(folder / "run");
+    // logarithmic strain of the height, corrected for the elastic part; the volume of the billet stays but for the elastic change
+    const double strain = std::log(14.75e-3 / s["final_height_m"].get<double>()); // of the uppermost particles
+    const double sigma = (0.7e9 + 0.3e9 * strain) / (1.0 + 0.3 / 200.0);
+    const double section = std::numbers::pi * 10e-3 * 10e-3 * std::exp(strain);
+    CHECK(s["mean_load_of_last_3_percent_N"].get<double>() == doctest::Approx(sigma * section).epsilon(0.04));
+}
+
+TEST_CASE("the bar of Taylor's test and the vibrating one end where others found them") {
+    const scratch::Folder folder;
+    run_well("taylor_bar", {"--output", folder / "taylor"});
+    const nlohmann::json taylor = summary(folder / "taylor");
+    CHECK(taylor["final_length_m"].get<double>() == doctest::Approx(21.45e-3).epsilon(0.005)); // 21.42-21.47 mm in the literature
+    CHECK(taylor["final_foot_radius_m"].get<double>() == doctest::Approx(7.15e-3).epsilon(0.015)); // 7.1-7.24 mm
+    run_well("vibrating_bar", {"--duration", "30", "--output", folder / "vibrating"});
+    const nlohmann::json vibrating = summary(folder / "vibrating");
+    CHECK(vibrating["period_s"].get<double>() == doctest::Approx(10.0).epsilon(0.001));
+    CHECK(vibrating["largest_tip_displacement_m"].get<double>() == doctest::Approx(0.15915).epsilon(0.003));
 }
 
 TEST_CASE("wrong options end with status 2 and a message, and leave nothing behind") {

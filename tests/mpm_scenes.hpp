@@ -1,4 +1,5 @@
 #pragma once
+#include <ductile/mpm/diagnostics.hpp>
 #include <ductile/mpm/discretisation.hpp>
 #include <ductile/mpm/scene.hpp>
 #include <ductile/mpm/state.hpp>

@@ -25,13 +25,6 @@ struct Forecast {
     std::ptrdiff_t leaving = -1;       ///< place in the arrays of a particle that would leave the grid, or -1
 };
 
-/// Energies of all particles [J, a metre of thickness or a radian].
-struct Energies {
-    double kinetic = 0.0;  ///< sum of m v^2/2
-    double strain = 0.0;   ///< elastic: sum of V sigma : C^-1 : sigma/2
-    double internal = 0.0; ///< sum of m e with (2.2.16): elastic and plastic work
-};
-
 /// The discrete equations of Sec. 2.2 of Sulsky & Kaul for particles on the background grid, at one instant: prepare() takes the
 /// particles where they are; everything else evaluates sums over them with the weights of that instant, as often as wanted, and
 /// changes no particle, until advance() moves them.
@@ -79,7 +72,5 @@ public:
 
 /// The discretisation with the scene's shape functions and geometry. The scene must live as long.
 [[nodiscard]] std::unique_ptr<Discretisation> make_discretisation(const Scene& scene);
-
-[[nodiscard]] Energies energies_of(const Scene& scene, const Particles& particles);
 
 } // namespace ductile::mpm

@@ -190,16 +190,25 @@ std::string describe(const Options& o, const Scene& scene, const State& start, c
     std::size_t rigid = 0;
     for (const RigidBody& body : start.rigid_bodies)
         rigid += body.x.size();
+    std::string locking;
+    for (const Material& material : scene.materials) {
+        const IsotropicElasticity e = std::visit([](const auto& law) { return law.elasticity(); }, material.law);
+        const double poisson = 0.5 * e.beta() / (e.beta() + e.shear_modulus);
+        if (poisson > 0.45 && scene.geometry != Geometry::plane_stress)
+            locking = fmt::format(
+                "note      Poisson's ratio {:.4g}: near 0.5 the particles lock, stress and stiffness come out too large\n",
+                poisson);
+    }
     return fmt::format("grid      {} x {} cells of {:g} m, {}, {} shape functions\n"
                        "particles {} deformable, {} rigid; {} material{}, {}\n"
                        "method    {}, {} form; dt = {:.6g} s ({:.3g} times the stable explicit step), {:.6g} s to go\n"
-                       "memory    about {:.0f} MB\n",
+                       "memory    about {:.0f} MB\n{}",
                        scene.grid.cells_x, scene.grid.cells_y, scene.grid.dx(), geometries[static_cast<int>(scene.geometry)],
                        shapes[static_cast<int>(scene.shape)], start.particles.size(), rigid, scene.materials.size(),
                        scene.materials.size() == 1 ? "" : "s", scene.finite_rotation ? "finite rotation" : "small rotation",
                        name_of(o.method), form_of(o) == Form::velocity ? "velocity" : "momentum", control.options().target,
                        control.options().target / stable, o.duration - start.time,
-                       static_cast<double>(start.particles.memory_bytes() + stepper.memory_bytes()) * 1e-6 + 20.0);
+                       static_cast<double>(start.particles.memory_bytes() + stepper.memory_bytes()) * 1e-6 + 20.0, locking);
 }
 
 int run_program(const io::Program& program, const Options& options, const Problem& problem) {

@@ -1,5 +1,6 @@
 #include <ductile/base/error.hpp>
 #include <ductile/io/terminal_plot.hpp>
+#include <ductile/mpm/diagnostics.hpp>
 #include <ductile/mpm/recorder.hpp>
 
 #include <algorithm>
@@ -20,6 +21,7 @@ std::vector<std::string> history_columns(const Problem& problem) {
                                      "internal_energy_J",
                                      "largest_plastic_strain",
                                      "smallest_determinant",
+                                     "enclosed_empty_cells",
                                      "newton_iterations",
                                      "linear_iterations"};
     for (const RigidBody& body : problem.start.rigid_bodies)
@@ -83,6 +85,7 @@ void Recorder::row(const State& state, const TimeStepper& stepper, double dt, co
                             energies.internal,
                             plastic,
                             outcome.smallest_determinant,
+                            static_cast<double>(enclosed_empty_cells(problem_.scene.grid, state.particles)),
                             static_cast<double>(outcome.newton_iterations),
                             static_cast<double>(outcome.linear_iterations)};
     for (std::size_t b = 0; b < state.rigid_bodies.size(); ++b)

@@ -59,8 +59,13 @@ io::RunStatus run(const Problem& problem, State& state, TimeStepper& stepper, St
         summary.extra["shortened_newton_steps"] = total["backtracks"];
         summary.extra["simulated_time_s"] = state.time;
         summary.extra["particles"] = state.particles.size();
-        if (problem.conclude && recorder.history().rows() > 0)
-            problem.conclude(recorder.history(), summary.extra);
+        if (recorder.history().rows() > 0) {
+            const std::vector<double> empty = recorder.history().column("enclosed_empty_cells");
+            if (const double most = *std::max_element(empty.begin(), empty.end()); most > 0.0)
+                summary.extra["most_enclosed_empty_cells"] = most; // numerical fracture: worth a line
+            if (problem.conclude)
+                problem.conclude(recorder.history(), summary.extra);
+        }
         summary.drawing = recorder.curve();
     };
 
