@@ -382,6 +382,45 @@ TEST_CASE("sides: fixed, slip and free; rigid bodies hold the nodes they touch")
     }
 }
 
+TEST_CASE("plastic work heats, and all work is in the internal energy") {
+    // simple shear by gamma in one step from a stress-free state: q = Y + H p with p from 3 mu (gamma/sqrt(3) - p) = q
+    Block b = block(ShapeFunction::linear, Geometry::plane_strain, "von Mises");
+    b.scene.finite_rotation = false;
+    b.scene.materials[0].heat_capacity = 7.0;
+    const auto d = make_discretisation(b.scene);
+    d->prepare(b.state.particles, {});
+    const double gamma = 0.05, mu = rubber.shear_modulus;
+    std::vector<double> v(d->nodes().components());
+    for (std::size_t n = 0; n < d->nodes().count(); ++n)
+        v[2 * n] = gamma * 0.1 * (d->nodes().lattice[n] / 9);
+    d->advance(b.state.particles, {v, v, v, false, 1.0});
+    const double p = (std::sqrt(3.0) * mu * gamma - 6.0) / (3.0 * mu + 50.0), q = 6.0 + 50.0 * p;
+    for (std::size_t i = 0; i < b.state.particles.size(); ++i) {
+        CHECK(b.state.particles.internal[i] == doctest::Approx(p).epsilon(1e-12));
+        CHECK(b.state.particles.temperature[i] == doctest::Approx(q * p / (10.0 * 7.0)).epsilon(1e-11)); // sigma : eps_pl = q p
+        CHECK(b.state.particles.energy[i] == doctest::Approx(0.5 * q / std::sqrt(3.0) * gamma / 10.0).epsilon(1e-11));
+        CHECK(b.state.particles.density[i] == doctest::Approx(10.0).epsilon(1e-14));
+    }
+}
+
+TEST_CASE("density follows the change of volume, out of the plane, too") {
+    for (const Geometry geometry : all_geometries) {
+        Block b = block(ShapeFunction::linear, geometry);
+        b.scene.finite_rotation = false;
+        const auto d = make_discretisation(b.scene);
+        d->prepare(b.state.particles, {});
+        std::vector<double> v(d->nodes().components());
+        for (std::size_t n = 0; n < d->nodes().count(); ++n)
+            v[2 * n] = 0.01 * 0.1 * (d->nodes().lattice[n] % 9); // eps_xx = 0.01, in axisymmetry the hoop strain, too
+        d->advance(b.state.particles, {v, v, v, false, 1.0});
+        const double across = geometry == Geometry::axisymmetric   ? 0.01
+                              : geometry == Geometry::plane_stress ? -0.3 / 0.7 * 0.01
+                                                                   : 0.0;
+        for (const double density : b.state.particles.density)
+            CHECK(density == doctest::Approx(10.0 / (1.01 + across)).epsilon(1e-12));
+    }
+}
+
 TEST_CASE("empty cells inside a body are counted") {
     Block b = block(ShapeFunction::linear);
     CHECK(enclosed_empty_cells(b.scene.grid, b.state.particles) == 0);

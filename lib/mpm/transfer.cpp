@@ -137,7 +137,7 @@ template <class Shape> bool Transfer<Shape>::leave_massless_nodes(const Particle
     return moved;
 }
 
-template <class Shape> void Transfer<Shape>::number_nodes(const Particles&) {
+template <class Shape> void Transfer<Shape>::number_nodes() {
     nodes_.lattice.clear();
     nodes_.mass.clear();
     for (std::size_t node = 0; node < lattice_mass_.size(); ++node) {
@@ -264,7 +264,7 @@ template <class Shape> void Transfer<Shape>::prepare(Particles& particles, std::
         find_runs(particles);
         add_masses(particles);
     }
-    number_nodes(particles);
+    number_nodes();
     number_runs();
     map_velocities(particles);
     prescribe(rigid_bodies);

@@ -65,7 +65,7 @@ private:
     void sort(Particles& particles);
     void add_masses(const Particles& particles);
     [[nodiscard]] bool leave_massless_nodes(const Particles& particles);
-    void number_nodes(const Particles& particles);
+    void number_nodes();
     void number_runs();
     void map_velocities(const Particles& particles);
     void prescribe(std::span<const RigidBody> rigid_bodies);
