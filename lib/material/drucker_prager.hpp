@@ -1,0 +1,49 @@
+#pragma once
+#include <ductile/material/linear_elastic.hpp>
+
+namespace ductile {
+
+/// Parameters of the Drucker-Prager cone q + friction * m = cohesion + hardening * k with q = sqrt(3 J_2), m = tr(sigma)/3
+/// (tension is positive), k the accumulated plastic multiplier.
+struct DruckerPragerParameters {
+    double cohesion = 0.0;  ///< [Pa], > 0
+    double friction = 0.0;  ///< > 0
+    double dilatancy = 0.0; ///< between 0 (no plastic change of volume) and friction (associated flow)
+    double hardening = 0.0; ///< [Pa], >= 0
+
+    bool operator==(const DruckerPragerParameters&) const = default;
+};
+
+/// Drucker-Prager plasticity with the flow potential q + dilatancy * m; the internal variable is k.
+///
+/// Backward Euler: with the multiplier d, q = q* - 3 mu d and m = m* - K dilatancy d, so
+///   d = (q* + friction m* - cohesion - hardening k)/(3 mu + K friction dilatancy + hardening);
+/// where that asks for q < 0 the stress returns to the apex of the cone instead: no deviator, and a plastic change of volume e
+/// with
+///   friction (m* - K e) = cohesion + hardening (k + e/dilatancy)   (k stays if dilatancy = 0).
+class DruckerPrager {
+public:
+    static constexpr bool linear = false;
+    /// Throws InputError naming the parameter that is out of its range.
+    DruckerPrager(const IsotropicElasticity& elasticity, const DruckerPragerParameters& parameters);
+
+    [[nodiscard]] const IsotropicElasticity& elasticity() const { return elasticity_; }
+    [[nodiscard]] StressReturn correct(const SymmetricTensor& trial, double internal, double) const;
+    [[nodiscard]] Tangent tangent(const SymmetricTensor& trial, double internal, double) const;
+
+private:
+    struct Multiplier {
+        double q, mean, excess, increment;
+        SymmetricTensor deviator;
+    };
+    [[nodiscard]] Multiplier multiplier(const SymmetricTensor& trial, double internal) const;
+    /// What the apex adds to K friction in the denominator of e: hardening/dilatancy, or 0.
+    [[nodiscard]] double apex_hardening() const {
+        return parameters_.dilatancy > 0.0 ? parameters_.hardening / parameters_.dilatancy : 0.0;
+    }
+
+    IsotropicElasticity elasticity_;
+    DruckerPragerParameters parameters_;
+};
+
+} // namespace ductile

@@ -1,0 +1,96 @@
+#pragma once
+#include <ductile/material/linear_elastic.hpp>
+
+#include <array>
+
+namespace ductile {
+
+/// The hardening function H of the equivalent plastic strain p, (2.1.19) of Sulsky & Kaul: tau_0 + c_1 p up to p_L, from there
+/// on down with the slope -c_2, and zero once nothing is left. With the default p_L it is linear hardening.
+struct Hardening {
+    double yield_stress = 0.0;   ///< tau_0 [Pa]
+    double modulus = 0.0;        ///< c_1 [Pa]
+    double limit_strain = 1e300; ///< p_L
+    double softening = 0.0;      ///< c_2 [Pa]
+
+    bool operator==(const Hardening&) const = default;
+};
+
+/// Von Mises plasticity with isotropic hardening and associated flow, (2.1.13)-(2.1.19), rate-independent; the internal variable
+/// is the equivalent plastic strain p of (2.1.16).
+///
+/// Backward Euler over a step with the trial stress sigma* (old stress + elasticity : strain increment), deviator s*, equivalent
+/// stress q* = sqrt(3/2 s*:s*): if q* > H(p), the increment d of p solves q* - 3 mu d = H(p + d), which is linear on each piece
+/// of H, and s = (1 - 3 mu d/q*) s*.
+class VonMises {
+public:
+    static constexpr bool linear = false;
+    /// Throws InputError for a yield stress that is not positive, a negative limit strain, or softening as steep as 3 mu (then a
+    /// step has no unique solution).
+    VonMises(const IsotropicElasticity& elasticity, const Hardening& hardening);
+
+    [[nodiscard]] const IsotropicElasticity& elasticity() const { return elasticity_; }
+    [[nodiscard]] double yield_stress(double plastic_strain) const {
+        const Piece& piece = pieces_[piece_of(plastic_strain)];
+        return piece.value + piece.slope * plastic_strain;
+    }
+
+    [[nodiscard]] StressReturn correct(const SymmetricTensor& trial, double plastic_strain, double) const {
+        const SymmetricTensor s = deviator(trial);
+        const double q = std::sqrt(1.5 * contraction(s, s));
+        if (q <= yield_stress(plastic_strain))
+            return {trial, plastic_strain};
+        const double increment = plastic_increment(q, plastic_strain).increment;
+        const double factor = 3.0 * elasticity_.shear_modulus * increment / q;
+        return {trial - factor * s, plastic_strain + increment};
+    }
+
+    /// The derivative of correct(): K I(x)I + 2 mu b (1 - I(x)I/3) - 2 mu (1/(1 + H'/(3 mu)) - (1 - b)) n(x)n with b = 1 - 3 mu
+    /// d/q*, n = s*/|s*|.
+    [[nodiscard]] Tangent tangent(const SymmetricTensor& trial, double plastic_strain, double) const {
+        const double mu = elasticity_.shear_modulus;
+        const SymmetricTensor s = deviator(trial);
+        const double q = std::sqrt(1.5 * contraction(s, s));
+        if (q <= yield_stress(plastic_strain))
+            return isotropic_tangent(elasticity_.bulk_modulus, mu);
+        const Increment step = plastic_increment(q, plastic_strain);
+        const double lost = 3.0 * mu * step.increment / q;
+        Tangent t = isotropic_tangent(elasticity_.bulk_modulus, mu * (1.0 - lost));
+        const double direct = 2.0 * mu * (3.0 * mu / (3.0 * mu + step.slope) - lost) * 1.5 / (q * q); // n(x)n = 1.5 s(x)s/q^2
+        const double n[4] = {s.xx, s.yy, s.zz, s.xy};
+        for (int i = 0; i < 4; ++i)
+            for (int j = 0; j < 4; ++j)
+                t.entry[i][j] -= direct * n[i] * n[j];
+        return t;
+    }
+
+private:
+    /// H = value + slope p for p below `end`.
+    struct Piece {
+        double end, value, slope;
+    };
+    struct Increment {
+        double increment, slope;
+    };
+
+    [[nodiscard]] std::size_t piece_of(double plastic_strain) const {
+        std::size_t k = 0;
+        while (plastic_strain > pieces_[k].end)
+            ++k;
+        return k;
+    }
+    [[nodiscard]] Increment plastic_increment(double q, double plastic_strain) const {
+        for (std::size_t k = piece_of(plastic_strain);; ++k) {
+            const Piece& piece = pieces_[k];
+            const double increment =
+                (q - piece.value - piece.slope * plastic_strain) / (3.0 * elasticity_.shear_modulus + piece.slope);
+            if (plastic_strain + increment <= piece.end)
+                return {increment, piece.slope};
+        }
+    }
+
+    IsotropicElasticity elasticity_;
+    std::array<Piece, 3> pieces_;
+};
+
+} // namespace ductile

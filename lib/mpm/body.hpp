@@ -1,0 +1,45 @@
+#pragma once
+#include <ductile/mpm/grid.hpp>
+#include <ductile/mpm/particles.hpp>
+
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace ductile::mpm {
+
+/// A region of the plane: says whether a point (x, y) in metres belongs to it.
+using Shape = std::function<bool(double x, double y)>;
+
+[[nodiscard]] Shape rectangle(double left, double bottom, double right, double top);
+[[nodiscard]] Shape disk(double centre_x, double centre_y, double radius);
+[[nodiscard]] Shape operator|(Shape first, Shape second); ///< union
+[[nodiscard]] Shape operator-(Shape first, Shape second); ///< what is in the first and not in the second
+
+/// A deformable body at the start.
+struct Body {
+    Shape shape;
+    int material = 0; ///< number of its law in the scene
+    double density = 0.0;
+    double velocity_x = 0.0, velocity_y = 0.0;
+    int particles_per_side = 2; ///< of a cell: four particles a cell by default
+    double internal = 0.0;      ///< initial value of its law's internal variable (an effective temperature is not zero)
+};
+
+/// Adds the particles of a body: trial points evenly spaced in every cell of the grid, kept where they lie in the shape, each
+/// with the mass of its share of the cell (2.2.2), times its radius in axisymmetry. Throws InputError when there is none, or when
+/// the density or the number of particles a cell is impossible.
+void add_body(Particles& particles, const Body& body, const Grid& grid, Geometry geometry);
+
+/// A rigid body: it moves with a given constant velocity, and every node that one of its points touches moves with it.
+struct RigidBody {
+    std::string name;
+    double velocity_x = 0.0, velocity_y = 0.0;
+    bool holds_x = true, holds_y = true; ///< which components of the nodes' velocity it prescribes; both: no slip
+    std::vector<double> x = {}, y = {};  ///< its points
+};
+
+/// The points of a rigid body, from trial points as in add_body. Throws InputError when there is none.
+[[nodiscard]] RigidBody make_rigid_body(const std::string& name, const Shape& shape, int particles_per_side, const Grid& grid);
+
+} // namespace ductile::mpm

@@ -1,0 +1,76 @@
+#pragma once
+#include <ductile/mpm/active_nodes.hpp>
+#include <ductile/mpm/particles.hpp>
+#include <ductile/mpm/scene.hpp>
+
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <span>
+
+namespace ductile::mpm {
+
+/// How the nodes move the particles at the end of a step, (2.3.2)-(2.3.3) or (3.2.5)-(3.2.6); vectors over active nodes.
+struct NodalMotion {
+    std::span<const double> motion;    ///< velocity that carries positions [m/s]
+    std::span<const double> straining; ///< velocity whose gradient strains the particles [m/s]; may be the same
+    std::span<const double> increment; ///< change of the nodes' velocity over the step, added to the particles' [m/s]
+    bool replace_velocity = false;     ///< particles take the nodes' `motion` instead of the increment (no inertia)
+    double dt = 0.0;
+};
+
+/// What a velocity field would do to the particles.
+struct Forecast {
+    double smallest_determinant = 0.0; ///< of the deformation gradient I + dt grad v of the step, in the plane
+    std::ptrdiff_t leaving = -1;       ///< place in the arrays of a particle that would leave the grid, or -1
+};
+
+/// The discrete equations of Sec. 2.2 of Sulsky & Kaul for particles on the background grid, at one instant: prepare() takes the
+/// particles where they are; everything else evaluates sums over them with the weights of that instant, as often as wanted, and
+/// changes no particle, until advance() moves them.
+///
+/// Vectors over active nodes hold x and y components in turn, 2 nodes().count() numbers.
+class Discretisation {
+public:
+    virtual ~Discretisation() = default;
+
+    /// Weights, active nodes, masses (2.2.12), mapped velocities (2.2.14), prescribed components. May sort the particles.
+    /// Throws RunError for a particle outside the grid.
+    virtual void prepare(Particles& particles, std::span<const RigidBody> rigid_bodies) = 0;
+    [[nodiscard]] virtual const ActiveNodes& nodes() const = 0;
+
+    /// f_i = -sum V_p grad N_i sigma_p, (2.2.9)-(2.2.10) with the particles' present stress and the volumes of prepare();
+    /// in axisymmetry the x component gets -sum V_p N_i sigma_zz/r besides.
+    virtual void internal_force(const Particles& particles, std::span<double> force) const = 0;
+    /// The same with the stress that a step of dt with this velocity would give, (2.4.7).
+    virtual void force_after(const Particles& particles, std::span<const double> velocity, double dt,
+                             std::span<double> force) const = 0;
+    /// b_i of (2.2.8): the scene's body force at the given time, mapped to the nodes.
+    virtual void body_force(const Particles& particles, double time, std::span<double> force) const = 0;
+    /// M_c x with the consistent mass matrix (2.2.6), for both components.
+    virtual void consistent_mass_times(const Particles& particles, std::span<const double> x, std::span<double> result) const = 0;
+
+    /// Keeps the derivative of force_after() at this velocity for the three functions below: -df/dv = dt K.
+    virtual void linearise(const Particles& particles, std::span<const double> velocity, double dt) = 0;
+    /// result = dt K x
+    virtual void stiffness_times(std::span<const double> x, std::span<double> result) const = 0;
+    /// The diagonal of dt K.
+    virtual void stiffness_diagonal(std::span<double> diagonal) const = 0;
+    /// Calls `add(row, column, value)` with the contributions to dt K, several for an entry.
+    virtual void stiffness_entries(const std::function<void(int row, int column, double value)>& add) const = 0;
+    /// The same for the consistent mass matrix, whose rows and columns are nodes.
+    virtual void consistent_mass_entries(const Particles& particles,
+                                         const std::function<void(int row, int column, double value)>& add) const = 0;
+
+    [[nodiscard]] virtual Forecast forecast(const Particles& particles, const NodalMotion& motion) const = 0;
+    /// The end of a step: stress, internal variable, density (2.3.4), energy (2.2.16) and temperature (2.3.5) at the particles,
+    /// then their velocities and positions.
+    virtual void advance(Particles& particles, const NodalMotion& motion) const = 0;
+
+    [[nodiscard]] virtual std::size_t memory_bytes() const = 0;
+};
+
+/// The discretisation with the scene's shape functions and geometry. The scene must live as long.
+[[nodiscard]] std::unique_ptr<Discretisation> make_discretisation(const Scene& scene);
+
+} // namespace ductile::mpm

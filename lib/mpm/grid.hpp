@@ -1,0 +1,41 @@
+#pragma once
+
+namespace ductile::mpm {
+
+/// What a scene makes of its third direction.
+enum class Geometry {
+    plane_strain,
+    plane_stress, ///< sigma_zz = 0 at every particle
+    axisymmetric, ///< x is the radius, y the axis; masses and forces are those of one radian
+};
+
+/// What holds at a side of the grid.
+enum class SideCondition {
+    free, ///< nothing; a particle that crosses it ends the run
+    slip, ///< no velocity across; also a plane of symmetry, and the axis of an axisymmetric scene
+    fixed ///< no velocity at all
+};
+
+/// The background grid: cells_x x cells_y equal cells on the rectangle with the corner (left, bottom), in metres.
+struct Grid {
+    int cells_x = 0;
+    int cells_y = 0;
+    double width = 0.0;
+    double height = 0.0;
+    double left = 0.0;
+    double bottom = 0.0;
+    struct Sides {
+        SideCondition left = SideCondition::free, right = SideCondition::free;
+        SideCondition bottom = SideCondition::free, top = SideCondition::free;
+    } sides = {};
+
+    [[nodiscard]] double dx() const { return width / cells_x; }
+    [[nodiscard]] double dy() const { return height / cells_y; }
+    [[nodiscard]] double smallest_spacing() const { return dx() < dy() ? dx() : dy(); }
+};
+
+/// Throws InputError unless there are 3 to 20000 cells each way, the extents are positive and finite, and an axisymmetric grid
+/// begins at a radius of zero or more.
+void check(const Grid& grid, Geometry geometry);
+
+} // namespace ductile::mpm

@@ -1,0 +1,392 @@
+#pragma once
+// Private: the sums over particles; one instance for each shape function and geometry.
+#include <ductile/mpm/discretisation.hpp>
+#include <ductile/mpm/point_update.hpp>
+#include <ductile/mpm/transfer.hpp>
+
+#include <algorithm>
+#include <limits>
+
+namespace ductile::mpm {
+
+template <class Shape, Geometry geometry> class Kernels final : public Discretisation {
+public:
+    explicit Kernels(const Scene& scene) : scene_(scene), transfer_(scene.grid) {}
+
+    void prepare(Particles& particles, std::span<const RigidBody> rigid_bodies) override {
+        transfer_.prepare(particles, rigid_bodies);
+        const std::size_t count = particles.size();
+        volume_.resize(count);
+        for (std::size_t p = 0; p < count; ++p)
+            volume_[p] = particles.mass[p] / particles.density[p];
+        if constexpr (axisymmetric) {
+            inverse_radius_.resize(count);
+            for (std::size_t p = 0; p < count; ++p)
+                inverse_radius_[p] = 1.0 / particles.x[p];
+        }
+    }
+
+    [[nodiscard]] const ActiveNodes& nodes() const override { return transfer_.nodes(); }
+
+    void internal_force(const Particles& particles, std::span<double> force) const override {
+        std::fill(force.begin(), force.end(), 0.0);
+        for (const Run& run : transfer_.runs()) {
+            Local sum{};
+            for (std::size_t p = begin(run); p < end(run); ++p)
+                subtract_force(sum, at(p), volume_[p] * stress_of(particles, p));
+            scatter(run, sum, force);
+        }
+    }
+
+    void force_after(const Particles& particles, std::span<const double> velocity, double dt,
+                     std::span<double> force) const override {
+        std::fill(force.begin(), force.end(), 0.0);
+        visit_runs([&]<bool rotate>(const Run& run, const auto& law, std::bool_constant<rotate>) {
+            const Local v = gather(run, velocity);
+            Local sum{};
+            for (std::size_t p = begin(run); p < end(run); ++p) {
+                const Weights n = at(p);
+                const PointStep step =
+                    step_point<geometry, rotate>(law, stress_of(particles, p), particles.internal[p], gradient(v, n), dt);
+                subtract_force(sum, n, volume_[p] * step.stress);
+            }
+            scatter(run, sum, force);
+        });
+    }
+
+    void body_force(const Particles& particles, double time, std::span<double> force) const override {
+        std::fill(force.begin(), force.end(), 0.0);
+        if (!scene_.body_force)
+            return;
+        for (const Run& run : transfer_.runs()) {
+            Local sum{};
+            for (std::size_t p = begin(run); p < end(run); ++p) {
+                const auto b = scene_.body_force(particles.id[p], particles.x[p], particles.y[p], time);
+                add_value(sum, at(p), particles.mass[p] * b[0], particles.mass[p] * b[1]);
+            }
+            scatter(run, sum, force);
+        }
+    }
+
+    void consistent_mass_times(const Particles& particles, std::span<const double> x, std::span<double> result) const override {
+        std::fill(result.begin(), result.end(), 0.0);
+        for (const Run& run : transfer_.runs()) {
+            const Local local = gather(run, x);
+            Local sum{};
+            for (std::size_t p = begin(run); p < end(run); ++p) {
+                const Weights n = at(p);
+                const Vector value = value_of(local, n);
+                add_value(sum, n, particles.mass[p] * value.x, particles.mass[p] * value.y);
+            }
+            scatter(run, sum, result);
+        }
+    }
+
+    void linearise(const Particles& particles, std::span<const double> velocity, double dt) override {
+        tangent_.resize(particles.size());
+        visit_runs([&]<bool rotate>(const Run& run, const auto& law, std::bool_constant<rotate>) {
+            const Local v = gather(run, velocity);
+            for (std::size_t p = begin(run); p < end(run); ++p) {
+                PointTangent t = differentiate_point<geometry, rotate>(law, stress_of(particles, p), particles.internal[p],
+                                                                       gradient(v, at(p)), dt);
+                for (auto& row : t.entry)
+                    for (double& entry : row)
+                        entry *= dt * volume_[p];
+                tangent_[p] = t;
+            }
+        });
+    }
+
+    void stiffness_times(std::span<const double> x, std::span<double> result) const override {
+        std::fill(result.begin(), result.end(), 0.0);
+        for (const Run& run : transfer_.runs()) {
+            const Local local = gather(run, x);
+            Local sum{};
+            for (std::size_t p = begin(run); p < end(run); ++p) {
+                const Weights n = at(p);
+                const SymmetricTensor stress = product(tangent_[p], gradient(local, n));
+                subtract_force(sum, n, {-stress.xx, -stress.yy, -stress.zz, -stress.xy});
+            }
+            scatter(run, sum, result);
+        }
+    }
+
+    void stiffness_diagonal(std::span<double> diagonal) const override {
+        std::fill(diagonal.begin(), diagonal.end(), 0.0);
+        for_each_node_pair([&](const Run& run, int k, int l, const double(&block)[2][2]) {
+            if (run.node[k] == run.node[l])
+                for (int c = 0; c < 2; ++c)
+                    diagonal[2 * run.node[k] + c] += block[c][c];
+        });
+    }
+
+    void stiffness_entries(const std::function<void(int, int, double)>& add) const override {
+        for_each_node_pair([&](const Run& run, int k, int l, const double(&block)[2][2]) {
+            for (int a = 0; a < 2; ++a)
+                for (int b = 0; b < 2; ++b)
+                    add(2 * run.node[k] + a, 2 * run.node[l] + b, block[a][b]);
+        });
+    }
+
+    void consistent_mass_entries(const Particles& particles, const std::function<void(int, int, double)>& add) const override {
+        for (const Run& run : transfer_.runs()) {
+            double sum[seen][seen] = {};
+            for (std::size_t p = begin(run); p < end(run); ++p) {
+                const Weights n = at(p);
+                for (int k = 0; k < seen; ++k)
+                    for (int l = 0; l < seen; ++l)
+                        sum[k][l] += particles.mass[p] * n.value(k) * n.value(l);
+            }
+            for (int k = 0; k < seen; ++k)
+                for (int l = 0; l < seen; ++l)
+                    add(run.node[k], run.node[l], sum[k][l]);
+        }
+    }
+
+    [[nodiscard]] Forecast forecast(const Particles& particles, const NodalMotion& m) const override {
+        Forecast result{.smallest_determinant = std::numeric_limits<double>::infinity()};
+        for (const Run& run : transfer_.runs()) {
+            const Local strained = gather(run, m.straining), moved = gather(run, m.motion);
+            for (std::size_t p = begin(run); p < end(run); ++p) {
+                const Weights n = at(p);
+                const VelocityGradient l = gradient(strained, n);
+                const double determinant = (1.0 + m.dt * l.xx) * (1.0 + m.dt * l.yy) - m.dt * l.xy * (m.dt * l.yx);
+                // NaN is kept
+                result.smallest_determinant =
+                    result.smallest_determinant <= determinant ? result.smallest_determinant : determinant;
+                const Vector v = value_of(moved, n);
+                if (!transfer_.inside(particles.x[p] + m.dt * v.x, particles.y[p] + m.dt * v.y))
+                    result.leaving = static_cast<std::ptrdiff_t>(p);
+            }
+        }
+        return result;
+    }
+
+    void advance(Particles& particles, const NodalMotion& m) const override {
+        visit_runs([&]<bool rotate>(const Run& run, const auto& law, std::bool_constant<rotate>) {
+            const Local strained = gather(run, m.straining), moved = gather(run, m.motion), change = gather(run, m.increment);
+            const double heat_capacity = scene_.materials[static_cast<std::size_t>(run.material)].heat_capacity;
+            for (std::size_t p = begin(run); p < end(run); ++p) {
+                const Weights n = at(p);
+                const SymmetricTensor old = stress_of(particles, p);
+                const VelocityGradient l = gradient(strained, n);
+                const PointStep step = step_point<geometry, rotate>(law, old, particles.internal[p], l, m.dt);
+                update_energies(law, particles, p, rotate ? turned(old, spin(l, m.dt)) : old, step, heat_capacity);
+                particles.stress_xx[p] = step.stress.xx;
+                particles.stress_yy[p] = step.stress.yy;
+                particles.stress_zz[p] = step.stress.zz;
+                particles.stress_xy[p] = step.stress.xy;
+                particles.internal[p] = step.internal;
+
+                const Vector v = value_of(moved, n), dv = value_of(change, n);
+                particles.x[p] += m.dt * v.x;
+                particles.y[p] += m.dt * v.y;
+                particles.velocity_x[p] = m.replace_velocity ? v.x : particles.velocity_x[p] + dv.x;
+                particles.velocity_y[p] = m.replace_velocity ? v.y : particles.velocity_y[p] + dv.y;
+            }
+        });
+    }
+
+    [[nodiscard]] std::size_t memory_bytes() const override {
+        return transfer_.memory_bytes() + sizeof(double) * (volume_.capacity() + inverse_radius_.capacity()) +
+               sizeof(PointTangent) * tangent_.capacity();
+    }
+
+private:
+    static constexpr bool axisymmetric = geometry == Geometry::axisymmetric;
+    static constexpr int support = Shape::support, seen = support * support;
+    using Run = typename Transfer<Shape>::Run;
+    using PointTangent = GradientTangent<geometry>;
+
+    struct Vector {
+        double x, y;
+    };
+    /// Two components at the nodes that a run sees.
+    struct Local {
+        double x[seen], y[seen];
+    };
+    struct Weights {
+        Factors<support> x, y;
+        double inverse_radius;
+
+        [[nodiscard]] double value(int k) const { return x.w[k % support] * y.w[k / support]; }
+    };
+
+    static std::size_t begin(const Run& run) { return static_cast<std::size_t>(run.begin); }
+    static std::size_t end(const Run& run) { return static_cast<std::size_t>(run.end); }
+
+    /// Calls `kernel(run, law, rotate)` for all runs; the law is looked up once for neighbouring runs of one material.
+    template <class Kernel> void visit_runs(const Kernel& kernel) const {
+        const std::vector<Run>& runs = transfer_.runs();
+        for (std::size_t first = 0, last = 0; first < runs.size(); first = last) {
+            while (last < runs.size() && runs[last].material == runs[first].material)
+                ++last;
+            std::visit(
+                [&](const auto& law) {
+                    for (std::size_t r = first; r < last; ++r)
+                        if (scene_.finite_rotation)
+                            kernel(runs[r], law, std::true_type{});
+                        else
+                            kernel(runs[r], law, std::false_type{});
+                },
+                scene_.materials[static_cast<std::size_t>(runs[first].material)].law);
+        }
+    }
+
+    [[gnu::DUCTILE_ALWAYS_INLINE]] Weights at(std::size_t p) const {
+        return {transfer_.factors_x(p), transfer_.factors_y(p), axisymmetric ? inverse_radius_[p] : 0.0};
+    }
+
+    static SymmetricTensor stress_of(const Particles& particles, std::size_t p) {
+        return {particles.stress_xx[p], particles.stress_yy[p], particles.stress_zz[p], particles.stress_xy[p]};
+    }
+
+    [[gnu::DUCTILE_ALWAYS_INLINE]] static Local gather(const Run& run, std::span<const double> nodal) {
+        Local local;
+        for (int k = 0; k < seen; ++k) {
+            local.x[k] = nodal[2 * run.node[k]];
+            local.y[k] = nodal[2 * run.node[k] + 1];
+        }
+        return local;
+    }
+
+    [[gnu::DUCTILE_ALWAYS_INLINE]] static void scatter(const Run& run, const Local& sum, std::span<double> nodal) {
+        for (int k = 0; k < seen; ++k) {
+            nodal[2 * run.node[k]] += sum.x[k];
+            nodal[2 * run.node[k] + 1] += sum.y[k];
+        }
+    }
+
+    [[gnu::DUCTILE_ALWAYS_INLINE]] static Vector value_of(const Local& local, const Weights& n) {
+        Vector v{0.0, 0.0};
+        for (int j = 0; j < support; ++j) {
+            double row_x = 0.0, row_y = 0.0;
+            for (int i = 0; i < support; ++i) {
+                row_x += n.x.w[i] * local.x[j * support + i];
+                row_y += n.x.w[i] * local.y[j * support + i];
+            }
+            v.x += n.y.w[j] * row_x;
+            v.y += n.y.w[j] * row_y;
+        }
+        return v;
+    }
+
+    [[gnu::DUCTILE_ALWAYS_INLINE]] static VelocityGradient gradient(const Local& local, const Weights& n) {
+        VelocityGradient l;
+        double radial = 0.0;
+        for (int j = 0; j < support; ++j) {
+            double x = 0.0, y = 0.0, x_slope = 0.0, y_slope = 0.0;
+            for (int i = 0; i < support; ++i) {
+                x += n.x.w[i] * local.x[j * support + i];
+                y += n.x.w[i] * local.y[j * support + i];
+                x_slope += n.x.dw[i] * local.x[j * support + i];
+                y_slope += n.x.dw[i] * local.y[j * support + i];
+            }
+            l.xx += n.y.w[j] * x_slope;
+            l.yx += n.y.w[j] * y_slope;
+            l.xy += n.y.dw[j] * x;
+            l.yy += n.y.dw[j] * y;
+            if constexpr (axisymmetric)
+                radial += n.y.w[j] * x;
+        }
+        l.hoop = radial * n.inverse_radius;
+        return l;
+    }
+
+    /// sum -= grad N : stress, the stress multiplied by the volume
+    [[gnu::DUCTILE_ALWAYS_INLINE]] static void subtract_force(Local& sum, const Weights& n, const SymmetricTensor& stress) {
+        for (int i = 0; i < support; ++i) {
+            double xx = stress.xx * n.x.dw[i];
+            if constexpr (axisymmetric)
+                xx += stress.zz * n.inverse_radius * n.x.w[i];
+            const double xy = stress.xy * n.x.w[i], yx = stress.xy * n.x.dw[i], yy = stress.yy * n.x.w[i];
+            for (int j = 0; j < support; ++j) {
+                sum.x[j * support + i] -= xx * n.y.w[j] + xy * n.y.dw[j];
+                sum.y[j * support + i] -= yx * n.y.w[j] + yy * n.y.dw[j];
+            }
+        }
+    }
+
+    [[gnu::DUCTILE_ALWAYS_INLINE]] static void add_value(Local& sum, const Weights& n, double x, double y) {
+        for (int j = 0; j < support; ++j)
+            for (int i = 0; i < support; ++i) {
+                sum.x[j * support + i] += n.x.w[i] * n.y.w[j] * x;
+                sum.y[j * support + i] += n.x.w[i] * n.y.w[j] * y;
+            }
+    }
+
+    [[gnu::DUCTILE_ALWAYS_INLINE]] static SymmetricTensor product(const PointTangent& t, const VelocityGradient& l) {
+        double row[4] = {};
+        for (int r = 0; r < PointTangent::rows; ++r) {
+            row[r] = t.entry[r][0] * l.xx + t.entry[r][1] * l.xy + t.entry[r][2] * l.yx + t.entry[r][3] * l.yy;
+            if constexpr (axisymmetric)
+                row[r] += t.entry[r][4] * l.hoop;
+        }
+        return {row[0], row[1], row[3], row[2]};
+    }
+
+    /// Calls `visit(run, k, l, block)` with the 2 x 2 block of dt K that couples the nodes k and l of a run, summed over its
+    /// particles.
+    void for_each_node_pair(const auto& visit) const {
+        for (const Run& run : transfer_.runs())
+            for (int l = 0; l < seen; ++l) {
+                double block[seen][2][2] = {};
+                for (std::size_t p = begin(run); p < end(run); ++p) {
+                    const Weights n = at(p);
+                    const double slope_x = n.x.dw[l % support] * n.y.w[l / support],
+                                 slope_y = n.x.w[l % support] * n.y.dw[l / support];
+                    for (int b = 0; b < 2; ++b) {
+                        const VelocityGradient unit =
+                            b == 0 ? VelocityGradient{slope_x, slope_y, 0.0, 0.0, n.value(l) * n.inverse_radius}
+                                   : VelocityGradient{0.0, 0.0, slope_x, slope_y, 0.0};
+                        const SymmetricTensor stress = product(tangent_[p], unit);
+                        Local sum{};
+                        subtract_force(sum, n, {-stress.xx, -stress.yy, -stress.zz, -stress.xy});
+                        for (int k = 0; k < seen; ++k) {
+                            block[k][0][b] += sum.x[k];
+                            block[k][1][b] += sum.y[k];
+                        }
+                    }
+                }
+                for (int k = 0; k < seen; ++k)
+                    visit(run, k, l, block[k]);
+            }
+    }
+
+    template <class Law>
+    static void update_energies(const Law& law, Particles& particles, std::size_t p, const SymmetricTensor& start,
+                                const PointStep& step, double heat_capacity) {
+        const double density = particles.density[p];
+        // the stress of (2.2.16) is the mean of the step's: second order
+        particles.energy[p] += 0.5 * contraction(start + step.stress, step.strain) / density;
+        particles.density[p] = density / (1.0 + trace(step.strain));
+        if constexpr (!Law::linear)
+            if (heat_capacity > 0.0) {
+                const SymmetricTensor plastic = step.strain - elastic_strain(law.elasticity(), step.stress - start);
+                particles.temperature[p] += contraction(step.stress, plastic) / (particles.density[p] * heat_capacity);
+            }
+    }
+
+    const Scene& scene_;
+    Transfer<Shape> transfer_;
+    aligned_vector<double> volume_, inverse_radius_;
+    aligned_vector<PointTangent> tangent_; // times dt V
+};
+
+template <class Shape> std::unique_ptr<Discretisation> make_kernels(const Scene& scene) {
+    switch (scene.geometry) {
+    case Geometry::plane_strain:
+        return std::make_unique<Kernels<Shape, Geometry::plane_strain>>(scene);
+    case Geometry::plane_stress:
+        return std::make_unique<Kernels<Shape, Geometry::plane_stress>>(scene);
+    case Geometry::axisymmetric:
+        break;
+    }
+    return std::make_unique<Kernels<Shape, Geometry::axisymmetric>>(scene);
+}
+
+extern template std::unique_ptr<Discretisation> make_kernels<Linear>(const Scene&);
+extern template std::unique_ptr<Discretisation> make_kernels<Gimp>(const Scene&);
+extern template std::unique_ptr<Discretisation> make_kernels<BSpline>(const Scene&);
+
+} // namespace ductile::mpm

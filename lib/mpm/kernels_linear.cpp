@@ -1,0 +1,7 @@
+#include <ductile/mpm/kernels.hpp>
+
+namespace ductile::mpm {
+
+template std::unique_ptr<Discretisation> make_kernels<Linear>(const Scene&);
+
+} // namespace ductile::mpm

@@ -1,0 +1,113 @@
+#include <ductile/base/error.hpp>
+#include <ductile/mpm/momentum_balance.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+
+namespace ductile::mpm {
+
+MomentumBalance::MomentumBalance(const Scene& scene, const ImplicitScheme& scheme)
+    : scene_(scene), scheme_(scheme), discretisation_(make_discretisation(scene)) {
+    if (!(scheme.mu >= 0.0 && scheme.mu <= 1.0))
+        throw InputError(fmt::format("mu = {}: the weight of the implicit force must lie between 0 and 1", scheme.mu));
+    if (scheme.method == ImplicitMethod::quasi_static && momentum())
+        throw InputError("the quasi-static method has no momentum: use it with the velocity form");
+    if (scheme.method == ImplicitMethod::midpoint)
+        scheme_.mu = kinematic_weight_ = 0.5;
+    if (scheme.method == ImplicitMethod::quasi_static)
+        scheme_.mu = 1.0;
+}
+
+void MomentumBalance::prepare(State& state, double dt) {
+    state_ = &state;
+    dt_ = dt;
+    Discretisation& d = *discretisation_;
+    d.prepare(state.particles, state.rigid_bodies);
+    const ActiveNodes& n = d.nodes();
+    const std::size_t size = n.components();
+    for (auto* field : {&guess_, &known_, &change_, &velocity_, &work_, &motion_, &increment_})
+        field->resize(size);
+    for (std::size_t c = 0; c < size; ++c)
+        guess_[c] = momentum() ? n.mass[c / 2] * n.velocity[c] : n.velocity[c];
+    // known = dt [(1 - mu) f^k + b]
+    d.body_force(state.particles, state.time + scheme_.mu * dt, known_);
+    if (scheme_.mu < 1.0) {
+        d.internal_force(state.particles, work_);
+        for (std::size_t c = 0; c < size; ++c)
+            known_[c] += (1.0 - scheme_.mu) * work_[c];
+    }
+    for (double& x : known_)
+        x *= dt;
+}
+
+double MomentumBalance::paper_scale() const {
+    double young = 0.0;
+    for (const Material& material : scene_.materials)
+        young = std::max(young, std::visit([](const auto& law) { return young_modulus(law.elasticity()); }, material.law));
+    return young * scene_.grid.dx() * scene_.grid.dy() * dt_;
+}
+
+void MomentumBalance::straining_change(std::span<const double> change, std::span<double> result) {
+    if (!momentum()) {
+        for (std::size_t c = 0; c < change.size(); ++c)
+            result[c] = kinematic_weight_ * change[c];
+        return;
+    }
+    const ActiveNodes& n = nodes();
+    for (std::size_t c = 0; c < change.size(); ++c)
+        work_[c] = change[c] / n.mass[c / 2];
+    discretisation_->consistent_mass_times(state_->particles, work_, result);
+    for (std::size_t c = 0; c < change.size(); ++c)
+        result[c] = n.prescribed[c] ? 0.0 : kinematic_weight_ * result[c] / n.mass[c / 2];
+}
+
+void MomentumBalance::residual(std::span<const double> u, std::span<double> f) {
+    const ActiveNodes& n = nodes();
+    for (std::size_t c = 0; c < u.size(); ++c)
+        change_[c] = u[c] - guess_[c];
+    straining_change(change_, velocity_);
+    for (std::size_t c = 0; c < u.size(); ++c)
+        velocity_[c] += n.velocity[c];
+    discretisation_->force_after(state_->particles, velocity_, dt_, f);
+    for (std::size_t c = 0; c < u.size(); ++c) {
+        const double inert = inertia() ? (momentum() ? change_[c] : n.mass[c / 2] * change_[c]) : 0.0;
+        f[c] = n.prescribed[c] ? 0.0 : inert - dt_ * scheme_.mu * f[c] - known_[c];
+    }
+}
+
+void MomentumBalance::linearise(std::span<const double> u) {
+    const ActiveNodes& n = nodes();
+    for (std::size_t c = 0; c < u.size(); ++c)
+        change_[c] = u[c] - guess_[c];
+    straining_change(change_, velocity_);
+    for (std::size_t c = 0; c < u.size(); ++c)
+        velocity_[c] += n.velocity[c];
+    discretisation_->linearise(state_->particles, velocity_, dt_);
+}
+
+void MomentumBalance::jacobian_times(std::span<const double> s, std::span<double> js) {
+    const ActiveNodes& n = nodes();
+    straining_change(s, change_);
+    discretisation_->stiffness_times(change_, js);
+    const double factor = scheme_.mu * dt_;
+    for (std::size_t c = 0; c < s.size(); ++c) {
+        const double inert = inertia() ? (momentum() ? s[c] : n.mass[c / 2] * s[c]) : 0.0;
+        js[c] = n.prescribed[c] ? 0.0 : inert + factor * js[c];
+    }
+}
+
+NodalMotion MomentumBalance::motion(std::span<const double> u) {
+    const ActiveNodes& n = nodes();
+    for (std::size_t c = 0; c < u.size(); ++c) {
+        change_[c] = u[c] - guess_[c];
+        increment_[c] = momentum() ? change_[c] / n.mass[c / 2] : change_[c];
+        motion_[c] = n.velocity[c] + kinematic_weight_ * increment_[c];
+    }
+    straining_change(change_, velocity_);
+    for (std::size_t c = 0; c < u.size(); ++c)
+        velocity_[c] += n.velocity[c];
+    return {motion_, velocity_, increment_, !inertia(), dt_};
+}
+
+} // namespace ductile::mpm

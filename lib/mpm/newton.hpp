@@ -1,0 +1,80 @@
+#pragma once
+#include <ductile/mpm/krylov.hpp>
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string>
+
+namespace ductile::mpm {
+
+/// F(u) = 0 with its derivative; what MomentumBalance offers, and what the solvers below and KINSOL's need.
+struct NonlinearSystem {
+    std::size_t size = 0;
+    std::function<void(std::span<const double> u, std::span<double> f)> residual = {};
+    std::function<void(std::span<const double> u)> linearise = {}; ///< fixes the u of jacobian_times
+    LinearMap jacobian_times = {};
+    InPlaceMap precondition = {}; ///< an approximation of the inverse of J; may be empty
+};
+
+enum class LinearMethod { conjugate_gradients, gmres };
+enum class JacobianProduct {
+    analytic,
+    difference ///< (2.4.18), with the increment h |u| s/|s| (as printed it fails)
+};
+enum class LineSearch {
+    none,
+    residual, ///< Armijo backtracking: |F| must fall by 1e-4 of what the full step promises
+    energy    ///< |s.F(u + a s)| <= |s.F(u)|/2
+};
+
+struct NewtonOptions {
+    LinearMethod linear = LinearMethod::gmres;
+    JacobianProduct product = JacobianProduct::analytic;
+    LineSearch line_search = LineSearch::energy;
+    double tolerance = 1e-6;            ///< on |F|_2/scale
+    double linear_tolerance = 0.1;      ///< relative to |F|; the first and largest with Eisenstat-Walker forcing
+    bool eisenstat_walker = true;       ///< forcing terms 0.9 (|F_n|/|F_n-1|)^2 with their safeguard (Eisenstat & Walker 1996)
+    double difference_increment = 1e-5; ///< h of (2.4.18)
+    int largest_newton_iterations = 50;
+    int largest_linear_iterations = 50; ///< a Newton step; the number of GMRES's vectors
+};
+
+struct SolverCounts {
+    std::int64_t newton_iterations = 0, linear_iterations = 0, residual_evaluations = 0, jacobian_products = 0;
+    std::int64_t backtracks = 0; ///< Newton steps that a line search shortened
+
+    SolverCounts& operator+=(const SolverCounts& other);
+};
+
+struct SolverResult {
+    bool converged = false;
+    double norm = 0.0;        ///< |F|_2/scale at the end
+    std::string failure = {}; ///< what went wrong, with what was tried; empty if it converged
+};
+
+/// Newton's method, Algorithm 1, with a Krylov method for its linear systems: Newton-CG and Newton-GMRES of the paper, and better
+/// ones. Ends at |F|/scale <= tolerance, which is tested before the first iteration, too.
+class NewtonKrylov {
+public:
+    explicit NewtonKrylov(const NewtonOptions& options) : options_(options) {}
+
+    /// `u` holds the initial guess, then the solution (or the last iterate). Adds to `counts`.
+    SolverResult solve(const NonlinearSystem& system, std::span<double> u, double scale, SolverCounts& counts);
+    /// One linear solve to the tolerance instead, for systems that are linear; in cycles of the largest number of linear
+    /// iterations.
+    SolverResult solve_linear(const NonlinearSystem& system, std::span<double> u, double scale, SolverCounts& counts);
+
+private:
+    LinearResult find_step(const NonlinearSystem& system, std::span<const double> u, double tolerance, int iterations,
+                           SolverCounts& counts);
+    /// Moves u along the step; F at the new place is in f_. Returns false where no length will do.
+    bool search(const NonlinearSystem& system, std::span<double> u, double before, SolverCounts& counts);
+    double evaluate(const NonlinearSystem& system, std::span<const double> u, double length, SolverCounts& counts);
+
+    NewtonOptions options_;
+    Krylov krylov_;
+    aligned_vector<double> f_, negative_f_, step_, trial_, trial_f_, shifted_;
+};
+
+} // namespace ductile::mpm

@@ -1,0 +1,227 @@
+#include <ductile/base/error.hpp>
+#include <ductile/mpm/options.hpp>
+
+#include <cmath>
+#include <fmt/format.h>
+
+namespace ductile::mpm {
+
+namespace {
+
+void declare_domain(io::Program& program, Options& o) {
+    const auto help = [](std::string meaning, std::string units = {}, io::Limits allowed = io::positive) {
+        return io::OptionHelp{"Space", std::move(meaning), std::move(units), allowed};
+    };
+    program.option("--cell-size", o.cell_size, help("side of the square cells of the background grid", "m"));
+    program.choice("--shape", o.shape,
+                   {{"linear", ShapeFunction::linear}, {"gimp", ShapeFunction::gimp}, {"bspline", ShapeFunction::bspline}},
+                   help("shape functions: linear hats (the paper's), GIMP, or quadratic B-splines"));
+    program.option("--particles-per-side", o.particles_per_side, help("particles along a cell's side", "", io::between(1, 100)));
+}
+
+void declare_time(io::Program& program, Options& o) {
+    const auto help = [](std::string meaning, std::string units = {}, io::Limits allowed = io::positive) {
+        return io::OptionHelp{"Time integration", std::move(meaning), std::move(units), allowed};
+    };
+    program.choice("--method", o.method,
+                   {{"explicit", Method::explicit_steps},
+                    {"implicit", Method::implicit},
+                    {"midpoint", Method::midpoint},
+                    {"quasi-static", Method::quasi_static}},
+                   help("explicit; implicit with the weight --mu; implicit midpoint rule; or without inertia"));
+    program.choice("--form", o.form,
+                   {{"velocity", FormChoice::velocity}, {"momentum", FormChoice::momentum}, {"auto", FormChoice::automatic}},
+                   help("the nodal unknown of the equations; auto: momentum for --method explicit, which bears particles that "
+                        "have just entered a cell, velocity otherwise"));
+    program.option("--mu", o.mu,
+                   help("weight of the force at the end of the step, --method implicit", "", io::between(0.0, 1.0)));
+    program.option("--dt", o.dt,
+                   help("step: a positive number, or auto: the longest stable one for --method explicit, a hundred times that "
+                        "otherwise",
+                        "s"));
+    program.option("--dt-start", o.dt_start, help("first step: a positive number, or auto for --dt", "s"));
+    program.option("--step-growth", o.step_growth, help("largest growth from step to step", "", io::at_least(1.0)));
+    program.option("--safety", o.safety, help("the longest stable step is this times the cell size over sqrt(E/rho)"));
+}
+
+void declare_solver(io::Program& program, Options& o) {
+    const auto help = [](std::string meaning, std::string units = {}, io::Limits allowed = io::positive) {
+        return io::OptionHelp{"Solver of implicit steps", std::move(meaning), std::move(units), allowed};
+    };
+    program.choice("--solver", o.solver,
+                   {{"newton-cg", SolverKind::newton_cg},
+                    {"newton-gmres", SolverKind::newton_gmres},
+                    {"kinsol-gmres", SolverKind::kinsol_gmres},
+                    {"kinsol-fgmres", SolverKind::kinsol_fgmres},
+                    {"kinsol-bicgstab", SolverKind::kinsol_bicgstab},
+                    {"kinsol-cg", SolverKind::kinsol_cg}},
+                   help("Newton's method with a Krylov solver, of this library or of SUNDIALS"));
+    program.choice(
+        "--preconditioner", o.preconditioner,
+        {{"none", PreconditionerChoice::none},
+         {"diagonal", PreconditionerChoice::diagonal},
+         {"tangent", PreconditionerChoice::tangent},
+         {"auto", PreconditionerChoice::automatic}},
+        help("none, the diagonal of the Jacobian, the factorised tangent; auto: tangent for steps of 100 explicit ones "
+             "or more, diagonal below"));
+    program.choice("--jacobian", o.product,
+                   {{"analytic", JacobianProduct::analytic}, {"difference", JacobianProduct::difference}},
+                   help("products with the consistent tangent, or difference quotients (2.4.18)"));
+    program.option("--difference-increment", o.difference_increment, help("h of the difference quotients"));
+    program.choice("--line-search", o.line_search,
+                   {{"none", LineSearch::none}, {"residual", LineSearch::residual}, {"energy", LineSearch::energy}},
+                   help("of the newton solvers: none, on the residual, or on the energy"));
+    program.option("--newton-tolerance", o.newton_tolerance, help("on the residual's 2-norm over its scale"));
+    program.option("--linear-tolerance", o.linear_tolerance,
+                   help("relative to the Newton residual: a positive number, or auto for Eisenstat and Walker's forcing"));
+    program.option("--krylov-vectors", o.krylov_vectors,
+                   help("linear iterations of a Newton step at most", "", io::between(1, 10'000)));
+    program.option("--newton-iterations", o.newton_iterations, help("of a step at most", "", io::between(1, 100'000)));
+    program.choice("--residual-scale", o.residual_scale, {{"stiffness", ResidualScale::stiffness}, {"none", ResidualScale::none}},
+                   help("what the residual is divided by: E dx dy dt, or nothing"));
+    program.option("--always-newton", o.always_newton, help("Newton's loop for linear scenes, too, which need one linear solve"));
+}
+
+void declare_run(io::Program& program, Options& o) {
+    const auto help = [](std::string meaning, std::string units = {}, io::Limits allowed = io::positive) {
+        return io::OptionHelp{"Run", std::move(meaning), std::move(units), allowed};
+    };
+    program.option("--duration", o.duration, help("steps are taken until this time is reached", "s"));
+    program.option("--snapshots", o.snapshots,
+                   help("times of the snapshots in fields.h5: t1,t2,...; taken at the first step there", "s", io::not_negative));
+    program.option("--history-every", o.history_every, help("rows of history.csv: every n-th step", "", io::at_least(1)));
+}
+
+double number_or_auto(const std::string& text, const char* option, double automatic) {
+    if (text == "auto")
+        return automatic;
+    try {
+        return io::parse_number(text, io::positive);
+    } catch (const InputError& error) {
+        throw InputError(fmt::format("{} {}: {}; or auto", option, text, error.what()));
+    }
+}
+
+Form form_of(const Options& o) {
+    if (o.form == FormChoice::automatic)
+        return o.method == Method::explicit_steps ? Form::momentum : Form::velocity;
+    return o.form == FormChoice::velocity ? Form::velocity : Form::momentum;
+}
+
+double target_step(const Options& o, const Scene& scene, const State& start) {
+    const double stable = explicit_step_size(scene, start.particles, o.safety);
+    return number_or_auto(o.dt, "--dt", o.method == Method::explicit_steps ? stable : 100.0 * stable);
+}
+
+PreconditionerKind preconditioner_kind(const Options& o, double dt, double stable) {
+    switch (o.preconditioner) {
+    case PreconditionerChoice::none:
+        return PreconditionerKind::none;
+    case PreconditionerChoice::diagonal:
+        return PreconditionerKind::diagonal;
+    case PreconditionerChoice::tangent:
+        return PreconditionerKind::tangent;
+    case PreconditionerChoice::automatic:
+        break;
+    }
+    return dt >= 100.0 * stable ? PreconditionerKind::tangent : PreconditionerKind::diagonal;
+}
+
+const char* name_of(Method method) {
+    const char* names[] = {"explicit", "implicit", "implicit midpoint", "quasi-static"};
+    return names[static_cast<int>(method)];
+}
+
+} // namespace
+
+void declare(io::Program& program, Options& options) {
+    declare_domain(program, options);
+    declare_time(program, options);
+    declare_solver(program, options);
+    declare_run(program, options);
+}
+
+std::unique_ptr<TimeStepper> make_time_stepper(const Options& o, const Scene& scene, const State& start) {
+    if (o.method == Method::explicit_steps)
+        return make_explicit_stepper(scene, form_of(o));
+    const ImplicitMethod method = o.method == Method::implicit   ? ImplicitMethod::paper
+                                  : o.method == Method::midpoint ? ImplicitMethod::midpoint
+                                                                 : ImplicitMethod::quasi_static;
+    const bool forcing = o.linear_tolerance == "auto";
+    const NewtonOptions newton{.product = o.product,
+                               .line_search = o.line_search,
+                               .tolerance = o.newton_tolerance,
+                               .linear_tolerance = number_or_auto(o.linear_tolerance, "--linear-tolerance", 0.1),
+                               .eisenstat_walker = forcing,
+                               .difference_increment = o.difference_increment,
+                               .largest_newton_iterations = o.newton_iterations,
+                               .largest_linear_iterations = o.krylov_vectors};
+    const double stable = explicit_step_size(scene, start.particles, o.safety);
+    return make_implicit_stepper(scene, {.scheme = {.method = method, .form = form_of(o), .mu = o.mu},
+                                         .solver = o.solver,
+                                         .newton = newton,
+                                         .preconditioner = preconditioner_kind(o, target_step(o, scene, start), stable),
+                                         .scale = o.residual_scale,
+                                         .always_newton = o.always_newton});
+}
+
+StepControl make_step_control(const Options& o, const Scene& scene, const State& start) {
+    const double target = target_step(o, scene, start);
+    const double first = number_or_auto(o.dt_start, "--dt-start", target);
+    if (first > target)
+        throw InputError(fmt::format("--dt-start {}: the first step must not be longer than --dt, {} s", o.dt_start, target));
+    return StepControl(
+        {.target = target, .first = first, .growth = o.step_growth, .cell_x = scene.grid.dx(), .cell_y = scene.grid.dy()});
+}
+
+RunOptions make_run_options(const Options& o, const State& start) {
+    if (!(o.duration > start.time))
+        throw InputError(
+            fmt::format("--duration {}: the checkpoint is at t = {:.6g} s already: a longer --duration goes on from there",
+                        o.duration, start.time));
+    return {.duration_s = o.duration, .snapshots_s = o.snapshots, .history_every = o.history_every};
+}
+
+std::string describe(const Options& o, const Scene& scene, const State& start, const StepControl& control,
+                     const TimeStepper& stepper) {
+    const char* geometries[] = {"plane strain", "plane stress", "axisymmetric"};
+    const char* shapes[] = {"linear", "GIMP", "quadratic B-spline"};
+    const double stable = explicit_step_size(scene, start.particles, o.safety);
+    std::size_t rigid = 0;
+    for (const RigidBody& body : start.rigid_bodies)
+        rigid += body.x.size();
+    std::string locking;
+    for (const Material& material : scene.materials) {
+        const IsotropicElasticity e = std::visit([](const auto& law) { return law.elasticity(); }, material.law);
+        const double poisson = 0.5 * e.beta() / (e.beta() + e.shear_modulus);
+        if (poisson > 0.45 && scene.geometry != Geometry::plane_stress)
+            locking = fmt::format(
+                "note      Poisson's ratio {:.4g}: near 0.5 the particles lock, stress and stiffness come out too large\n",
+                poisson);
+    }
+    return fmt::format("grid      {} x {} cells of {:g} m, {}, {} shape functions\n"
+                       "particles {} deformable, {} rigid; {} material{}, {}\n"
+                       "method    {}, {} form; dt = {:.6g} s ({:.3g} times the stable explicit step), {:.6g} s to go\n"
+                       "memory    about {:.0f} MB\n{}",
+                       scene.grid.cells_x, scene.grid.cells_y, scene.grid.dx(), geometries[static_cast<int>(scene.geometry)],
+                       shapes[static_cast<int>(scene.shape)], start.particles.size(), rigid, scene.materials.size(),
+                       scene.materials.size() == 1 ? "" : "s", scene.finite_rotation ? "finite rotation" : "small rotation",
+                       name_of(o.method), form_of(o) == Form::velocity ? "velocity" : "momentum", control.options().target,
+                       control.options().target / stable, o.duration - start.time,
+                       static_cast<double>(start.particles.memory_bytes() + stepper.memory_bytes()) * 1e-6 + 20.0, locking);
+}
+
+int run_program(const io::Program& program, const Options& options, const Problem& problem) {
+    check(problem.scene, problem.start.particles);
+    const auto checkpoint = program.open_restart(checkpoint_format);
+    State state = checkpoint ? read_state(*checkpoint, problem.start) : problem.start;
+    StepControl control = make_step_control(options, problem.scene, problem.start);
+    const auto stepper = make_time_stepper(options, problem.scene, problem.start);
+    const RunOptions run_options = make_run_options(options, state);
+    program.say(describe(options, problem.scene, state, control, *stepper));
+    return program.run([&](const io::OutputFolder& folder, io::RunSummary& summary) {
+        return run(problem, state, *stepper, control, run_options, program, folder, checkpoint ? &*checkpoint : nullptr, summary);
+    });
+}
+
+} // namespace ductile::mpm

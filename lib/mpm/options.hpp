@@ -1,0 +1,65 @@
+#pragma once
+#include <ductile/io/program.hpp>
+#include <ductile/mpm/run.hpp>
+#include <ductile/mpm/scene.hpp>
+#include <ductile/mpm/step_control.hpp>
+#include <ductile/mpm/time_stepper.hpp>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace ductile::mpm {
+
+enum class Method { explicit_steps, implicit, midpoint, quasi_static };
+enum class FormChoice { velocity, momentum, automatic };
+enum class PreconditionerChoice { none, diagonal, tangent, automatic };
+
+/// The options that all material point programs share, in SI. Programs set their own defaults before declare().
+struct Options {
+    double cell_size = 0.0;
+    ShapeFunction shape = ShapeFunction::linear;
+    int particles_per_side = 2;
+
+    Method method = Method::implicit;
+    FormChoice form = FormChoice::automatic;
+    double mu = 1.0;
+    std::string dt = "auto", dt_start = "auto"; ///< seconds, or "auto"
+    double safety = 0.48;
+    double step_growth = 1.2;
+
+    SolverKind solver = SolverKind::newton_gmres;
+    PreconditionerChoice preconditioner = PreconditionerChoice::automatic;
+    JacobianProduct product = JacobianProduct::analytic;
+    double difference_increment = 1e-5;
+    LineSearch line_search = LineSearch::energy;
+    double newton_tolerance = 1e-6;
+    std::string linear_tolerance = "auto"; ///< relative, or "auto" for Eisenstat and Walker's forcing
+    int krylov_vectors = 50;
+    int newton_iterations = 50;
+    ResidualScale residual_scale = ResidualScale::stiffness;
+    bool always_newton = false;
+
+    double duration = 0.0;
+    std::vector<double> snapshots = {};
+    int history_every = 1;
+};
+
+/// Declares them all, grouped by topic.
+void declare(io::Program& program, Options& options);
+
+/// The integrator that the options ask for. Throws InputError for combinations that cannot work.
+[[nodiscard]] std::unique_ptr<TimeStepper> make_time_stepper(const Options& options, const Scene& scene, const State& start);
+[[nodiscard]] StepControl make_step_control(const Options& options, const Scene& scene, const State& start);
+/// Throws InputError when a run that goes on from this state has nothing left to do.
+[[nodiscard]] RunOptions make_run_options(const Options& options, const State& start);
+
+/// The lines before a run: grid, particles, materials, method, step, memory.
+[[nodiscard]] std::string describe(const Options& options, const Scene& scene, const State& start, const StepControl& control,
+                                   const TimeStepper& stepper);
+
+/// The rest of a program once its options are parsed and its problem is set up: restores the state of --restart, checks all
+/// input, runs and reports. Returns the exit status.
+[[nodiscard]] int run_program(const io::Program& program, const Options& options, const Problem& problem);
+
+} // namespace ductile::mpm

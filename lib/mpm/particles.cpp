@@ -1,0 +1,36 @@
+#include <ductile/mpm/particles.hpp>
+
+namespace ductile::mpm {
+
+namespace {
+
+template <class T> void gather(aligned_vector<T>& values, std::span<const std::int32_t> order, aligned_vector<T>& buffer) {
+    buffer.resize(values.size());
+    for (std::size_t n = 0; n < order.size(); ++n)
+        buffer[n] = values[static_cast<std::size_t>(order[n])];
+    values.swap(buffer);
+}
+
+} // namespace
+
+void Particles::resize(std::size_t count) {
+    for (const auto& [name, array] : named_arrays(*this))
+        array->resize(count, 0.0);
+    for (const auto& [name, array] : named_integer_arrays(*this))
+        array->resize(count, 0);
+}
+
+void Particles::permute(std::span<const std::int32_t> order) {
+    aligned_vector<double> numbers;
+    for (const auto& [name, array] : named_arrays(*this))
+        gather(*array, order, numbers);
+    aligned_vector<std::int64_t> integers;
+    for (const auto& [name, array] : named_integer_arrays(*this))
+        gather(*array, order, integers);
+}
+
+std::size_t Particles::memory_bytes() const {
+    return size() * (sizeof(double) * named_arrays(*this).size() + sizeof(std::int64_t) * named_integer_arrays(*this).size());
+}
+
+} // namespace ductile::mpm

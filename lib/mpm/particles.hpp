@@ -1,0 +1,58 @@
+#pragma once
+#include <ductile/base/aligned.hpp>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace ductile::mpm {
+
+/// All deformable material points of a scene, one array a quantity, in SI. In an axisymmetric scene x is the radius, y the axis,
+/// stress_zz the hoop stress, and mass the mass of one radian.
+struct Particles {
+    aligned_vector<double> x, y, velocity_x, velocity_y;
+    aligned_vector<double> mass, density;
+    aligned_vector<double> stress_xx, stress_yy, stress_zz, stress_xy; ///< Cauchy stress
+    aligned_vector<double> internal;                                   ///< the internal variable of the point's law
+    aligned_vector<double> energy;                                     ///< internal energy per mass, (2.2.16) [J/kg]
+    aligned_vector<double> temperature;                                ///< above the initial one, by plastic work, (2.3.5) [K]
+    aligned_vector<double> half_width, half_height;                    ///< of the point's initial cell, for GIMP
+    aligned_vector<std::int64_t> material;                             ///< number of its law in the scene
+    aligned_vector<std::int64_t> id;                                   ///< number at the start: sorting keeps it
+
+    [[nodiscard]] std::size_t size() const { return x.size(); }
+    void resize(std::size_t count);
+    /// New place n holds what was at place order[n].
+    void permute(std::span<const std::int32_t> order);
+    [[nodiscard]] std::size_t memory_bytes() const;
+};
+
+/// The arrays by their names in checkpoints; `P` is Particles, const or not.
+template <class P> [[nodiscard]] auto named_arrays(P& p) {
+    using Entry = std::pair<std::string_view, decltype(&p.x)>;
+    return std::array{Entry{"x", &p.x},
+                      Entry{"y", &p.y},
+                      Entry{"velocity_x", &p.velocity_x},
+                      Entry{"velocity_y", &p.velocity_y},
+                      Entry{"mass", &p.mass},
+                      Entry{"density", &p.density},
+                      Entry{"stress_xx", &p.stress_xx},
+                      Entry{"stress_yy", &p.stress_yy},
+                      Entry{"stress_zz", &p.stress_zz},
+                      Entry{"stress_xy", &p.stress_xy},
+                      Entry{"internal", &p.internal},
+                      Entry{"energy", &p.energy},
+                      Entry{"temperature", &p.temperature},
+                      Entry{"half_width", &p.half_width},
+                      Entry{"half_height", &p.half_height}};
+}
+template <class P> [[nodiscard]] auto named_integer_arrays(P& p) {
+    using Entry = std::pair<std::string_view, decltype(&p.id)>;
+    return std::array{Entry{"material", &p.material}, Entry{"id", &p.id}};
+}
+
+} // namespace ductile::mpm

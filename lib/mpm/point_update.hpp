@@ -1,0 +1,115 @@
+#pragma once
+// Private: the kernels of a material point; templates that the discretisations instantiate.
+#include <ductile/base/simd.hpp>
+#include <ductile/material/stress_law.hpp>
+#include <ductile/mpm/grid.hpp>
+
+namespace ductile::mpm {
+
+/// The gradient of the velocity at a particle: xy = d(v_x)/dy; hoop = v_r/r in axisymmetry.
+struct VelocityGradient {
+    double xx = 0.0, xy = 0.0, yx = 0.0, yy = 0.0, hoop = 0.0;
+};
+
+/// What a step makes of a point.
+struct PointStep {
+    SymmetricTensor stress, strain; ///< sigma^L, and the strain increment with its out-of-plane part
+    double internal = 0.0;
+};
+
+/// Jaumann's rate over a step: the stress turned by the angle a with tan(a/2) = w/2, where w = dt (d(v_y)/dx - d(v_x)/dy)/2 is
+/// the spin of the step (Hughes & Winget 1980), so that a rotation turns the stress without changing its invariants.
+[[gnu::DUCTILE_ALWAYS_INLINE]] inline SymmetricTensor turned(const SymmetricTensor& stress, double w) {
+    const double quarter = 0.25 * w * w, denominator = 1.0 / (1.0 + quarter);
+    const double c = (1.0 - quarter) * denominator, s = w * denominator;
+    const double mean = 0.5 * (stress.xx + stress.yy), half = 0.5 * (stress.xx - stress.yy);
+    const double c2 = c * c - s * s, s2 = 2.0 * s * c;
+    const double half_turned = c2 * half - s2 * stress.xy;
+    return {mean + half_turned, mean - half_turned, stress.zz, c2 * stress.xy + s2 * half};
+}
+
+[[gnu::DUCTILE_ALWAYS_INLINE]] inline double spin(const VelocityGradient& l, double dt) { return 0.5 * dt * (l.yx - l.xy); }
+
+/// The out-of-plane strain increment that leaves sigma_zz = 0: exact at once where the law stays elastic, by Newton's method with
+/// the consistent tangent otherwise.
+template <class Law>
+double plane_stress_strain(const Law& law, const SymmetricTensor& start, SymmetricTensor strain, double internal, double dt) {
+    const IsotropicElasticity& elasticity = law.elasticity();
+    strain.zz = -(elasticity.beta() * (strain.xx + strain.yy) + start.zz) / elasticity.alpha();
+    if constexpr (!Law::linear)
+        for (int iteration = 0; iteration < 50; ++iteration) {
+            const SymmetricTensor trial = start + elastic_stress(elasticity, strain);
+            const double excess = law.correct(trial, internal, dt).stress.zz;
+            if (std::abs(excess) <= 1e-13 * equivalent_stress(trial))
+                break;
+            strain.zz -= excess / law.tangent(trial, internal, dt).entry[2][2];
+        }
+    return strain.zz;
+}
+
+/// The strain increment (2.2.18)-(2.2.20), taken from the velocity of the end of the step, with its out-of-plane part.
+template <Geometry geometry, class Law>
+[[gnu::DUCTILE_ALWAYS_INLINE]] inline SymmetricTensor strain_increment(const Law& law, const SymmetricTensor& start,
+                                                                       double internal, const VelocityGradient& l, double dt) {
+    SymmetricTensor strain{dt * l.xx, dt * l.yy, 0.0, 0.5 * dt * (l.xy + l.yx)};
+    if constexpr (geometry == Geometry::axisymmetric)
+        strain.zz = dt * l.hoop;
+    if constexpr (geometry == Geometry::plane_stress)
+        strain.zz = plane_stress_strain(law, start, strain, internal, dt);
+    return strain;
+}
+
+/// The stress update (2.2.21) of a step of dt seconds.
+template <Geometry geometry, bool rotate, class Law>
+[[gnu::DUCTILE_ALWAYS_INLINE]] inline PointStep step_point(const Law& law, const SymmetricTensor& old, double internal,
+                                                           const VelocityGradient& l, double dt) {
+    const SymmetricTensor start = rotate ? turned(old, spin(l, dt)) : old;
+    const SymmetricTensor strain = strain_increment<geometry>(law, start, internal, l, dt);
+    const StressReturn end = law.correct(start + elastic_stress(law.elasticity(), strain), internal, dt);
+    return {end.stress, strain, end.internal};
+}
+
+/// The derivative of the stress at the end of a step with respect to the velocity gradient times dt: rows xx, yy, xy (and hoop),
+/// columns xx, xy, yx, yy (and hoop).
+template <Geometry geometry> struct GradientTangent {
+    static constexpr int rows = geometry == Geometry::axisymmetric ? 4 : 3;
+    static constexpr int columns = geometry == Geometry::axisymmetric ? 5 : 4;
+    static constexpr int size = rows * columns;
+    double entry[rows][columns];
+};
+
+/// With the derivative D of the law, D : d(strain) is one part; turning the old stress is the other: its derivative with respect
+/// to the angle is a deviator d, which acts like the strain increment d/(2 mu).
+template <Geometry geometry, bool rotate, class Law>
+GradientTangent<geometry> differentiate_point(const Law& law, const SymmetricTensor& old, double internal,
+                                              const VelocityGradient& l, double dt) {
+    const double w = spin(l, dt);
+    const SymmetricTensor start = rotate ? turned(old, w) : old;
+    const SymmetricTensor strain = strain_increment<geometry>(law, start, internal, l, dt);
+    Tangent d = law.tangent(start + elastic_stress(law.elasticity(), strain), internal, dt);
+    if constexpr (geometry == Geometry::plane_stress) { // sigma_zz = 0 eliminates the strain zz
+        const Tangent full = d;
+        for (int i = 0; i < 4; ++i)
+            for (int j = 0; j < 4; ++j)
+                d.entry[i][j] -= full.entry[i][2] * full.entry[2][j] / full.entry[2][2];
+    }
+    GradientTangent<geometry> t;
+    constexpr int row_of[4] = {0, 1, 3, 2}; // xx, yy, xy, zz among the rows of the law
+    const double mu = law.elasticity().shear_modulus;
+    const double angle_slope = 1.0 / (1.0 + 0.25 * w * w);
+    for (int r = 0; r < GradientTangent<geometry>::rows; ++r) {
+        const double* const row = d.entry[row_of[r]];
+        double turn = 0.0; // d(stress)/d(dt l.yx) by turning alone
+        if constexpr (rotate)
+            turn = 0.5 * angle_slope / mu * (start.xy * (row[1] - row[0]) + (start.xx - start.yy) * row[3]);
+        t.entry[r][0] = row[0];
+        t.entry[r][1] = row[3] - turn;
+        t.entry[r][2] = row[3] + turn;
+        t.entry[r][3] = row[1];
+        if constexpr (geometry == Geometry::axisymmetric)
+            t.entry[r][4] = row[2];
+    }
+    return t;
+}
+
+} // namespace ductile::mpm

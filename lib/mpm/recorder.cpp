@@ -1,0 +1,154 @@
+#include <ductile/base/error.hpp>
+#include <ductile/io/terminal_plot.hpp>
+#include <ductile/mpm/diagnostics.hpp>
+#include <ductile/mpm/recorder.hpp>
+
+#include <algorithm>
+#include <array>
+#include <fmt/format.h>
+
+namespace ductile::mpm {
+
+namespace {
+
+std::vector<std::string> history_columns(const Problem& problem) {
+    std::vector<std::string> columns{"time_s",
+                                     "step",
+                                     "dt_s",
+                                     "kinetic_energy_J",
+                                     "strain_energy_J",
+                                     "total_energy_J",
+                                     "internal_energy_J",
+                                     "largest_plastic_strain",
+                                     "smallest_determinant",
+                                     "enclosed_empty_cells",
+                                     "newton_iterations",
+                                     "linear_iterations"};
+    for (const RigidBody& body : problem.start.rigid_bodies)
+        for (const char* direction : {"x", "y"})
+            columns.push_back(fmt::format("{}_force_{}_N", body.name, direction));
+    for (const Observable& observable : problem.observables)
+        columns.push_back(observable.name);
+    return columns;
+}
+
+std::string body_array(std::size_t body, const char* coordinate) { return fmt::format("rigid_body_{}/{}", body, coordinate); }
+
+} // namespace
+
+Recorder::Recorder(const Problem& problem, const RunOptions& options, const io::Program& program, const io::OutputFolder& folder,
+                   const io::CheckpointReader* checkpoint, double start_s)
+    : problem_(problem), program_(program), folder_(folder),
+      snapshots_(folder.fields(), program.name(),
+                 checkpoint && folder.continued() ? std::optional(io::EarlierSnapshots{folder.fields(), start_s}) : std::nullopt,
+                 {{"grid_left_m", problem.scene.grid.left},
+                  {"grid_bottom_m", problem.scene.grid.bottom},
+                  {"cell_width_m", problem.scene.grid.dx()},
+                  {"cell_height_m", problem.scene.grid.dy()},
+                  {"cells_x", problem.scene.grid.cells_x},
+                  {"cells_y", problem.scene.grid.cells_y}}),
+      history_(folder.history(), history_columns(problem)),
+      progress_({.duration_s = options.duration_s, .start_s = start_s, .quiet = program.common().quiet}) {
+    if (checkpoint)
+        history_.restore(checkpoint->history());
+}
+
+void Recorder::snapshot(const State& state) {
+    const Particles& p = state.particles;
+    const auto numbers = [](const aligned_vector<std::int64_t>& integers) {
+        return std::vector<double>(integers.begin(), integers.end());
+    };
+    const std::vector<double> id = numbers(p.id), material = numbers(p.material);
+    const std::array fields{io::ParticleField{"velocity_x", "m/s", p.velocity_x},
+                            io::ParticleField{"velocity_y", "m/s", p.velocity_y},
+                            io::ParticleField{"stress_xx", "Pa", p.stress_xx},
+                            io::ParticleField{"stress_yy", "Pa", p.stress_yy},
+                            io::ParticleField{"stress_zz", "Pa", p.stress_zz},
+                            io::ParticleField{"stress_xy", "Pa", p.stress_xy},
+                            io::ParticleField{"density", "kg/m^3", p.density},
+                            io::ParticleField{"plastic_strain", "1", p.internal},
+                            io::ParticleField{"temperature_rise", "K", p.temperature},
+                            io::ParticleField{"id", "1", id},
+                            io::ParticleField{"material", "1", material}};
+    snapshots_.write(state.time, state.step, p.x, p.y, fields);
+}
+
+void Recorder::row(const State& state, const TimeStepper& stepper, double dt, const StepOutcome& outcome) {
+    const Energies energies = energies_of(problem_.scene, state.particles);
+    const double plastic = *std::max_element(state.particles.internal.begin(), state.particles.internal.end());
+    std::vector<double> row{state.time,
+                            static_cast<double>(state.step),
+                            dt,
+                            energies.kinetic,
+                            energies.strain,
+                            energies.kinetic + energies.strain,
+                            energies.internal,
+                            plastic,
+                            outcome.smallest_determinant,
+                            static_cast<double>(enclosed_empty_cells(problem_.scene.grid, state.particles)),
+                            static_cast<double>(outcome.newton_iterations),
+                            static_cast<double>(outcome.linear_iterations)};
+    for (std::size_t b = 0; b < state.rigid_bodies.size(); ++b)
+        for (const double force : contact_force(stepper.discretisation(), state.particles, static_cast<int>(b)))
+            row.push_back(force);
+    for (const Observable& observable : problem_.observables)
+        row.push_back(observable.value(state, stepper));
+    history_.append(row);
+}
+
+void Recorder::progress(const State& state, const StepControl::Step& step) {
+    progress_.update({state.time, state.step, step.dt, step.limit});
+}
+
+void Recorder::checkpoint(const State& state, const StepControl& control, const std::map<std::string, std::int64_t>& counters) {
+    io::Checkpoint content{.program = program_.name(), .format = checkpoint_format, .config = program_.config_text()};
+    content.scalars = {{"time", state.time}, {"planned_dt", control.planned()}};
+    content.counters = counters;
+    content.counters["step"] = state.step;
+    content.counters["recovering"] = control.recovering() ? 1 : 0;
+    for (const auto& [name, array] : named_arrays(state.particles))
+        content.vectors.emplace_back(fmt::format("particles/{}", name), *array);
+    for (const auto& [name, array] : named_integer_arrays(state.particles))
+        content.integer_vectors.emplace_back(fmt::format("particles/{}", name), *array);
+    for (std::size_t b = 0; b < state.rigid_bodies.size(); ++b) {
+        content.vectors.emplace_back(body_array(b, "x"), state.rigid_bodies[b].x);
+        content.vectors.emplace_back(body_array(b, "y"), state.rigid_bodies[b].y);
+    }
+    content.history = &history_.table();
+    io::write_checkpoint(folder_.checkpoint(), content);
+}
+
+std::string Recorder::curve() const {
+    if (problem_.curve_x.empty())
+        return {};
+    return io::terminal_plot(history_.table().column(problem_.curve_x), history_.table().column(problem_.curve_y),
+                             {.x_label = problem_.label_x, .y_label = problem_.label_y});
+}
+
+void Recorder::finish() {
+    progress_.finish();
+    history_.finish();
+    snapshots_.finish();
+}
+
+State read_state(const io::CheckpointReader& checkpoint, const State& start) {
+    State state = start;
+    const std::size_t stored = checkpoint.vector("particles/x").size();
+    if (stored != start.particles.size())
+        throw InputError(fmt::format("{}: the checkpoint has {} particles, the scene {}: leave the scene's options as they were",
+                                     checkpoint.path().string(), stored, start.particles.size()));
+    const auto fill = [&](auto& array, const auto& values) { array.assign(values.begin(), values.end()); };
+    for (const auto& [name, array] : named_arrays(state.particles))
+        fill(*array, checkpoint.vector(fmt::format("particles/{}", name)));
+    for (const auto& [name, array] : named_integer_arrays(state.particles))
+        fill(*array, checkpoint.integer_vector(fmt::format("particles/{}", name)));
+    for (std::size_t b = 0; b < state.rigid_bodies.size(); ++b) {
+        state.rigid_bodies[b].x = checkpoint.vector(body_array(b, "x"));
+        state.rigid_bodies[b].y = checkpoint.vector(body_array(b, "y"));
+    }
+    state.time = checkpoint.scalar("time");
+    state.step = checkpoint.counter("step");
+    return state;
+}
+
+} // namespace ductile::mpm

@@ -1,0 +1,38 @@
+#pragma once
+#include <ductile/io/history.hpp>
+#include <ductile/io/particle_snapshots.hpp>
+#include <ductile/io/progress.hpp>
+#include <ductile/mpm/run.hpp>
+
+#include <cstdint>
+#include <map>
+#include <string>
+
+namespace ductile::mpm {
+
+/// Everything a run writes, in SI: snapshots, history, progress line, checkpoints.
+class Recorder {
+public:
+    /// `checkpoint` (or null) is what the run goes on from, `start_s` its time.
+    Recorder(const Problem& problem, const RunOptions& options, const io::Program& program, const io::OutputFolder& folder,
+             const io::CheckpointReader* checkpoint, double start_s);
+
+    void snapshot(const State& state);
+    void row(const State& state, const TimeStepper& stepper, double dt, const StepOutcome& outcome);
+    void progress(const State& state, const StepControl::Step& step);
+    void checkpoint(const State& state, const StepControl& control, const std::map<std::string, std::int64_t>& counters);
+    [[nodiscard]] const io::HistoryTable& history() const { return history_.table(); }
+    /// The problem's curve of the whole run, for the terminal.
+    [[nodiscard]] std::string curve() const;
+    void finish();
+
+private:
+    const Problem& problem_;
+    const io::Program& program_;
+    const io::OutputFolder& folder_;
+    io::ParticleSnapshotWriter snapshots_;
+    io::History history_;
+    io::Progress progress_;
+};
+
+} // namespace ductile::mpm

@@ -1,0 +1,119 @@
+#include <ductile/base/error.hpp>
+#include <ductile/base/timer.hpp>
+#include <ductile/io/interrupt.hpp>
+#include <ductile/mpm/recorder.hpp>
+#include <ductile/mpm/run.hpp>
+
+#include <algorithm>
+#include <fmt/format.h>
+
+namespace ductile::mpm {
+
+io::RunStatus run(const Problem& problem, State& state, TimeStepper& stepper, StepControl& control, const RunOptions& options,
+                  const io::Program& program, const io::OutputFolder& folder, const io::CheckpointReader* checkpoint,
+                  io::RunSummary& summary) {
+    std::vector<double> snapshots; // times still to come
+    for (const double time : options.snapshots_s)
+        if (time > state.time || (time == 0.0 && !checkpoint))
+            snapshots.push_back(time);
+    std::sort(snapshots.begin(), snapshots.end(), std::greater<>());
+
+    std::int64_t rejected_steps = 0;
+    const auto counters = [&] {
+        const SolverCounts now = stepper.counts();
+        std::map<std::string, std::int64_t> total{{"newton_iterations", now.newton_iterations},
+                                                  {"linear_iterations", now.linear_iterations},
+                                                  {"residual_evaluations", now.residual_evaluations},
+                                                  {"jacobian_products", now.jacobian_products},
+                                                  {"backtracks", now.backtracks},
+                                                  {"rejected_steps", rejected_steps}};
+        for (auto& [name, count] : total)
+            count += checkpoint ? checkpoint->counter(name) : 0;
+        return total;
+    };
+    if (checkpoint)
+        control.restore(checkpoint->scalar("planned_dt"), checkpoint->counter("recovering") != 0);
+
+    Timer wall, since_checkpoint;
+    Recorder recorder(problem, options, program, folder, checkpoint, state.time);
+    double output_seconds = 0.0;
+    const auto take_snapshots = [&] {
+        if (snapshots.empty() || snapshots.back() > state.time)
+            return;
+        while (!snapshots.empty() && snapshots.back() <= state.time)
+            snapshots.pop_back();
+        recorder.snapshot(state);
+    };
+    take_snapshots();
+    const auto describe_run = [&] {
+        auto total = counters();
+        summary.steps = state.step;
+        summary.rejected_steps = total["rejected_steps"];
+        summary.newton_iterations = total["newton_iterations"];
+        summary.linear_iterations = total["linear_iterations"];
+        summary.residual_evaluations = total["residual_evaluations"];
+        summary.jacobian_products = total["jacobian_products"];
+        summary.wall_seconds = wall.seconds();
+        summary.phase_seconds = stepper.phase_seconds();
+        summary.phase_seconds.emplace_back("output", output_seconds);
+        summary.extra["shortened_newton_steps"] = total["backtracks"];
+        summary.extra["simulated_time_s"] = state.time;
+        summary.extra["particles"] = state.particles.size();
+        if (recorder.history().rows() > 0) {
+            const std::vector<double> empty = recorder.history().column("enclosed_empty_cells");
+            if (const double most = *std::max_element(empty.begin(), empty.end()); most > 0.0)
+                summary.extra["most_enclosed_empty_cells"] = most; // numerical fracture: worth a line
+            if (problem.conclude)
+                problem.conclude(recorder.history(), summary.extra);
+        }
+        summary.drawing = recorder.curve();
+    };
+
+    StepControl::Step step;
+    StepOutcome outcome;
+    try {
+        // a sum of steps that is short of the end by round-off has reached it
+        while (state.time < options.duration_s - 1e-9 * control.options().target) {
+            if (io::interrupted()) {
+                recorder.checkpoint(state, control, counters());
+                recorder.finish();
+                describe_run();
+                return io::RunStatus::interrupted;
+            }
+            step = control.next(state);
+            outcome = stepper.attempt(state, step.dt);
+            if (!outcome.accepted) {
+                ++rejected_steps;
+                if (!control.failed(step))
+                    throw RunError(fmt::format("step {} at t = {:.6g} s failed even with dt = {:.3g} s: {}", state.step + 1,
+                                               state.time, step.dt, outcome.reason));
+                continue;
+            }
+            control.accepted(step);
+
+            Timer output;
+            if (state.step % options.history_every == 0)
+                recorder.row(state, stepper, step.dt, outcome);
+            recorder.progress(state, step);
+            take_snapshots();
+            if (since_checkpoint.seconds() > program.common().checkpoint_every_s) {
+                recorder.checkpoint(state, control, counters());
+                since_checkpoint.lap();
+            }
+            output_seconds += output.seconds();
+        }
+        recorder.checkpoint(state, control, counters());
+        // the row of the end, where it is not an n-th one: a continued run will not have it
+        if (state.step % options.history_every != 0)
+            recorder.row(state, stepper, step.dt, outcome);
+    } catch (...) {
+        describe_run();
+        recorder.finish();
+        throw;
+    }
+    recorder.finish();
+    describe_run();
+    return io::RunStatus::completed;
+}
+
+} // namespace ductile::mpm

@@ -1,0 +1,45 @@
+#pragma once
+#include <ductile/material/stress_law.hpp>
+#include <ductile/mpm/body.hpp>
+#include <ductile/mpm/grid.hpp>
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+namespace ductile::mpm {
+
+enum class ShapeFunction { linear, gimp, bspline };
+
+/// A law and what else belongs to a material.
+struct Material {
+    AnyStressLaw law;
+    double heat_capacity = 0.0; ///< per mass, c of (2.3.5) [J/(kg K)]; 0: the temperature stays
+};
+
+/// Specific body force b of (2.1.2) [m/s^2] on the particle with this number, at this place and time.
+using BodyForce = std::function<std::array<double, 2>(std::int64_t id, double x, double y, double time)>;
+
+/// What does not change during a run.
+struct Scene {
+    Geometry geometry = Geometry::plane_strain;
+    Grid grid = {};
+    ShapeFunction shape = ShapeFunction::linear;
+    std::vector<Material> materials = {};
+    /// Jaumann's rate: the stress turns with the material. Without it strains and rotations must be small.
+    bool finite_rotation = true;
+    BodyForce body_force = {}; ///< none if empty
+};
+
+/// Whether the stress depends linearly on the velocity, for any state: one linear solve is an implicit step.
+[[nodiscard]] bool is_linear(const Scene& scene);
+
+/// The largest speed of longitudinal bar waves sqrt(E/rho) among the particles [m/s].
+[[nodiscard]] double largest_wave_speed(const Scene& scene, const Particles& particles);
+
+/// Throws InputError for an impossible grid, no particle, a particle that names a material that is not there, or a width that
+/// GIMP cannot use.
+void check(const Scene& scene, const Particles& particles);
+
+} // namespace ductile::mpm

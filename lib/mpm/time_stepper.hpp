@@ -1,0 +1,67 @@
+#pragma once
+#include <ductile/mpm/explicit_step.hpp>
+#include <ductile/mpm/momentum_balance.hpp>
+#include <ductile/mpm/newton.hpp>
+#include <ductile/mpm/preconditioner.hpp>
+
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace ductile::mpm {
+
+/// What an attempted step came to.
+struct StepOutcome {
+    bool accepted = false;
+    std::string reason = {};           ///< why it was not, for messages and the progress line
+    double smallest_determinant = 1.0; ///< of the deformation of the step at any particle
+    int newton_iterations = 0;
+    int linear_iterations = 0;
+};
+
+/// Wall seconds by phase since construction, in the order of printing.
+using PhaseSeconds = std::vector<std::pair<std::string, double>>;
+
+/// A time integrator of material points.
+class TimeStepper {
+public:
+    virtual ~TimeStepper() = default;
+    /// One step of dt seconds. Either it is accepted and `state` is at its end, or `state` is as before (but for the order of its
+    /// particles in memory) and the outcome says why. Throws RunError where a shorter step is no help.
+    virtual StepOutcome attempt(State& state, double dt) = 0;
+
+    /// As of the beginning of the last step.
+    [[nodiscard]] virtual const Discretisation& discretisation() const = 0;
+    [[nodiscard]] virtual SolverCounts counts() const = 0;
+    [[nodiscard]] virtual PhaseSeconds phase_seconds() const = 0;
+    [[nodiscard]] virtual std::size_t memory_bytes() const = 0;
+};
+
+[[nodiscard]] std::unique_ptr<TimeStepper> make_explicit_stepper(const Scene& scene, Form form);
+
+/// Which nonlinear solver an implicit step uses.
+enum class SolverKind { newton_cg, newton_gmres, kinsol_gmres, kinsol_fgmres, kinsol_bicgstab, kinsol_cg };
+
+/// What |F| is measured by.
+enum class ResidualScale {
+    stiffness, ///< Y dx dy dt, Tables IV-VI of the paper
+    none       ///< nothing, Tables I-III
+};
+
+struct ImplicitOptions {
+    ImplicitScheme scheme = {};
+    SolverKind solver = SolverKind::newton_gmres;
+    NewtonOptions newton = {};
+    PreconditionerKind preconditioner = PreconditionerKind::diagonal;
+    ResidualScale scale = ResidualScale::stiffness;
+    /// Newton's loop even where the scene is linear, as the paper counts it.
+    bool always_newton = false;
+};
+
+/// The implicit step of Sec. 2.4 and 3.2: prepares the particles' weights, solves MomentumBalance for the nodes, refuses results
+/// that fold the grid (the determinant of the step's deformation gradient is not positive at a particle: the Lagrangian limit) or
+/// take particles out of it, and only then moves the particles. Throws InputError for a combination that cannot work.
+[[nodiscard]] std::unique_ptr<TimeStepper> make_implicit_stepper(const Scene& scene, const ImplicitOptions& options);
+
+} // namespace ductile::mpm

@@ -1,0 +1,283 @@
+#include <ductile/base/error.hpp>
+#include <ductile/mpm/transfer.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <fmt/format.h>
+#include <numeric>
+
+namespace ductile::mpm {
+
+namespace {
+constexpr double edge = 1e-12;          // of a cell: nearer to its edge a particle lies on it
+constexpr double mass_cutoff = 1e-12;   // of the mean mass of a particle
+constexpr double disorder_limit = 1.25; // runs for each occupied cell above which sorting pays
+} // namespace
+
+template <class Shape>
+Transfer<Shape>::Transfer(const Grid& grid)
+    : grid_(grid), inverse_dx_(1.0 / grid.dx()), inverse_dy_(1.0 / grid.dy()), nodes_x_(Shape::nodes(grid.cells_x)),
+      nodes_y_(Shape::nodes(grid.cells_y)) {
+    const auto lattice = static_cast<std::size_t>(nodes_x_) * static_cast<std::size_t>(nodes_y_);
+    lattice_mass_.resize(lattice);
+    number_.resize(lattice);
+}
+
+template <class Shape> bool Transfer<Shape>::inside(double x, double y) const {
+    const double cx = (x - grid_.left) * inverse_dx_, cy = (y - grid_.bottom) * inverse_dy_;
+    return cx >= 0.0 && cx <= grid_.cells_x && cy >= 0.0 && cy <= grid_.cells_y;
+}
+
+template <class Shape> auto Transfer<Shape>::place_of(const Particles& particles, std::size_t p) const -> Place {
+    const double x = particles.x[p], y = particles.y[p];
+    if (!inside(x, y))
+        throw RunError(
+            fmt::format("particle {} has left the background grid: it is at ({:.6g}, {:.6g}) m, and the grid extends from "
+                        "({:.6g}, {:.6g}) to ({:.6g}, {:.6g}) m: use a larger grid, another condition at its sides, or "
+                        "a smaller step",
+                        particles.id[p], x, y, grid_.left, grid_.bottom, grid_.left + grid_.width, grid_.bottom + grid_.height));
+    const double cx = (x - grid_.left) * inverse_dx_, cy = (y - grid_.bottom) * inverse_dy_;
+    const int cell_x = std::min(static_cast<int>(cx), grid_.cells_x - 1),
+              cell_y = std::min(static_cast<int>(cy), grid_.cells_y - 1);
+    return {cell_x, cell_y, cx - cell_x, cy - cell_y};
+}
+
+template <class Shape> void Transfer<Shape>::settle(const Particles& particles, std::size_t p, const Place& place) {
+    double* const stored = &weights_[2 * Shape::stored * p];
+    Shape::store(place.xi, place.cell_x, grid_.cells_x, particles.half_width[p] * inverse_dx_, stored);
+    Shape::store(place.eta, place.cell_y, grid_.cells_y, particles.half_height[p] * inverse_dy_, stored + Shape::stored);
+    first_[p] =
+        Shape::first(place.eta, place.cell_y, grid_.cells_y) * nodes_x_ + Shape::first(place.xi, place.cell_x, grid_.cells_x);
+}
+
+template <class Shape> void Transfer<Shape>::settle_all(const Particles& particles) {
+    for (std::size_t p = 0; p < particles.size(); ++p)
+        settle(particles, p, place_of(particles, p));
+}
+
+template <class Shape> void Transfer<Shape>::find_runs(const Particles& particles) {
+    runs_.clear();
+    run_first_.clear();
+    const auto count = static_cast<std::int32_t>(particles.size());
+    for (std::int32_t begin = 0, end = 0; begin < count; begin = end) {
+        const std::int32_t first = first_[begin];
+        const std::int64_t material = particles.material[begin];
+        for (end = begin + 1; end < count && first_[end] == first && particles.material[end] == material;)
+            ++end;
+        runs_.push_back({begin, end, static_cast<std::int32_t>(material), {}});
+        run_first_.push_back(first);
+    }
+}
+
+/// Whether there are many more runs than places with particles.
+template <class Shape> bool Transfer<Shape>::disordered() {
+    std::fill(number_.begin(), number_.end(), 0);
+    std::size_t places = 0;
+    for (const std::int32_t first : run_first_)
+        places += number_[first]++ == 0 ? 1 : 0;
+    return static_cast<double>(runs_.size()) > disorder_limit * static_cast<double>(places) + 1.0;
+}
+
+template <class Shape> void Transfer<Shape>::sort(Particles& particles) {
+    std::vector<std::int32_t> order(particles.size());
+    std::iota(order.begin(), order.end(), 0);
+    std::stable_sort(order.begin(), order.end(), [&](std::int32_t a, std::int32_t b) {
+        return first_[a] != first_[b] ? first_[a] < first_[b] : particles.material[a] < particles.material[b];
+    });
+    particles.permute(order);
+}
+
+template <class Shape> void Transfer<Shape>::add_masses(const Particles& particles) {
+    std::fill(lattice_mass_.begin(), lattice_mass_.end(), 0.0);
+    for (std::size_t r = 0; r < runs_.size(); ++r) {
+        double sum[seen] = {};
+        for (auto p = static_cast<std::size_t>(runs_[r].begin); p < static_cast<std::size_t>(runs_[r].end); ++p) {
+            const Factors<support> fx = factors_x(p), fy = factors_y(p);
+            for (int j = 0; j < support; ++j) {
+                const double row = particles.mass[p] * fy.w[j];
+                for (int i = 0; i < support; ++i)
+                    sum[j * support + i] += row * fx.w[i];
+            }
+        }
+        double* const lattice = &lattice_mass_[run_first_[r]];
+        for (int j = 0; j < support; ++j)
+            for (int i = 0; i < support; ++i)
+                lattice[j * nodes_x_ + i] += sum[j * support + i];
+    }
+}
+
+/// Moves particles that lie on a cell edge and touch nodes without mass to the cell beyond the edge. Says whether it did.
+template <class Shape> bool Transfer<Shape>::leave_massless_nodes(const Particles& particles) {
+    if constexpr (Shape::smooth)
+        return false;
+    bool moved = false;
+    const auto massless = [&](std::int32_t node) { return lattice_mass_[node] <= cutoff_; };
+    for (std::size_t r = 0; r < runs_.size(); ++r) {
+        const std::int32_t a = run_first_[r], b = a + 1, c = a + nodes_x_, d = c + 1;
+        if (!massless(a) && !massless(b) && !massless(c) && !massless(d))
+            continue;
+        for (auto p = static_cast<std::size_t>(runs_[r].begin); p < static_cast<std::size_t>(runs_[r].end); ++p) {
+            Place place = place_of(particles, p);
+            const Place before = place;
+            if (massless(b) && massless(d) && place.xi <= edge && place.cell_x > 0)
+                --place.cell_x, place.xi = 1.0;
+            else if (massless(a) && massless(c) && place.xi >= 1.0 - edge && place.cell_x < grid_.cells_x - 1)
+                ++place.cell_x, place.xi = 0.0;
+            if (massless(c) && massless(d) && place.eta <= edge && place.cell_y > 0)
+                --place.cell_y, place.eta = 1.0;
+            else if (massless(a) && massless(b) && place.eta >= 1.0 - edge && place.cell_y < grid_.cells_y - 1)
+                ++place.cell_y, place.eta = 0.0;
+            if (place.cell_x != before.cell_x || place.cell_y != before.cell_y) {
+                settle(particles, p, place);
+                moved = true;
+            }
+        }
+    }
+    return moved;
+}
+
+template <class Shape> void Transfer<Shape>::number_nodes() {
+    nodes_.lattice.clear();
+    nodes_.mass.clear();
+    for (std::size_t node = 0; node < lattice_mass_.size(); ++node) {
+        const bool active = lattice_mass_[node] > cutoff_;
+        number_[node] = active ? static_cast<std::int32_t>(nodes_.lattice.size()) : -1;
+        if (active) {
+            nodes_.lattice.push_back(static_cast<std::int32_t>(node));
+            nodes_.mass.push_back(lattice_mass_[node]);
+        }
+    }
+}
+
+template <class Shape> void Transfer<Shape>::number_runs() {
+    for (std::size_t r = 0; r < runs_.size(); ++r)
+        for (int k = 0; k < seen; ++k) {
+            int nearest = 2 * support;
+            for (int other = 0; other < seen; ++other) {
+                const int distance = std::abs(other % support - k % support) + std::abs(other / support - k / support);
+                const std::int32_t number = number_[run_first_[r] + other / support * nodes_x_ + other % support];
+                if (number >= 0 && distance < nearest) {
+                    nearest = distance;
+                    runs_[r].node[k] = number;
+                    if (distance == 0)
+                        break;
+                }
+            }
+        }
+}
+
+template <class Shape> void Transfer<Shape>::map_velocities(const Particles& particles) {
+    nodes_.velocity.assign(2 * nodes_.count(), 0.0);
+    for (const Run& run : runs_) {
+        double sum_x[seen] = {}, sum_y[seen] = {};
+        for (auto p = static_cast<std::size_t>(run.begin); p < static_cast<std::size_t>(run.end); ++p) {
+            const Factors<support> fx = factors_x(p), fy = factors_y(p);
+            for (int j = 0; j < support; ++j) {
+                const double row_x = particles.mass[p] * particles.velocity_x[p] * fy.w[j];
+                const double row_y = particles.mass[p] * particles.velocity_y[p] * fy.w[j];
+                for (int i = 0; i < support; ++i) {
+                    sum_x[j * support + i] += row_x * fx.w[i];
+                    sum_y[j * support + i] += row_y * fx.w[i];
+                }
+            }
+        }
+        for (int k = 0; k < seen; ++k) {
+            nodes_.velocity[2 * run.node[k]] += sum_x[k];
+            nodes_.velocity[2 * run.node[k] + 1] += sum_y[k];
+        }
+    }
+    for (std::size_t n = 0; n < nodes_.count(); ++n) {
+        nodes_.velocity[2 * n] /= nodes_.mass[n];
+        nodes_.velocity[2 * n + 1] /= nodes_.mass[n];
+    }
+}
+
+template <class Shape> void Transfer<Shape>::prescribe(std::span<const RigidBody> rigid_bodies) {
+    nodes_.prescribed.assign(2 * nodes_.count(), 0);
+    nodes_.rigid_body.assign(nodes_.count(), -1);
+    const auto hold = [&](std::size_t component, double velocity) {
+        nodes_.prescribed[component] = 1;
+        nodes_.velocity[component] = velocity;
+    };
+    const auto at_side = [&](std::size_t n, SideCondition condition, int normal) {
+        if (condition == SideCondition::free)
+            return;
+        hold(2 * n + static_cast<std::size_t>(normal), 0.0);
+        if (condition == SideCondition::fixed)
+            hold(2 * n + static_cast<std::size_t>(1 - normal), 0.0);
+    };
+    for (std::size_t b = 0; b < rigid_bodies.size(); ++b) {
+        const RigidBody& body = rigid_bodies[b];
+        for (std::size_t p = 0; p < body.x.size(); ++p) {
+            if (!inside(body.x[p], body.y[p]))
+                continue;
+            const double cx = (body.x[p] - grid_.left) * inverse_dx_, cy = (body.y[p] - grid_.bottom) * inverse_dy_;
+            const int cell_x = std::min(static_cast<int>(cx), grid_.cells_x - 1);
+            const int cell_y = std::min(static_cast<int>(cy), grid_.cells_y - 1);
+            double stored[2][Shape::stored];
+            Shape::store(cx - cell_x, cell_x, grid_.cells_x, 0.25, stored[0]);
+            Shape::store(cy - cell_y, cell_y, grid_.cells_y, 0.25, stored[1]);
+            const Factors<support> fx = Shape::expand(stored[0], inverse_dx_), fy = Shape::expand(stored[1], inverse_dy_);
+            const int first =
+                Shape::first(cy - cell_y, cell_y, grid_.cells_y) * nodes_x_ + Shape::first(cx - cell_x, cell_x, grid_.cells_x);
+            for (int k = 0; k < seen; ++k) {
+                const std::int32_t number = number_[first + k / support * nodes_x_ + k % support];
+                if (number < 0 || fx.w[k % support] * fy.w[k / support] <= edge)
+                    continue;
+                const auto n = static_cast<std::size_t>(number);
+                nodes_.rigid_body[n] = static_cast<std::int32_t>(b);
+                if (body.holds_x)
+                    hold(2 * n, body.velocity_x);
+                if (body.holds_y)
+                    hold(2 * n + 1, body.velocity_y);
+            }
+        }
+    }
+    for (std::size_t n = 0; n < nodes_.count(); ++n) {
+        const int i = nodes_.lattice[n] % nodes_x_, j = nodes_.lattice[n] / nodes_x_;
+        if (i < Shape::wall_layers)
+            at_side(n, grid_.sides.left, 0);
+        if (i >= nodes_x_ - Shape::wall_layers)
+            at_side(n, grid_.sides.right, 0);
+        if (j < Shape::wall_layers)
+            at_side(n, grid_.sides.bottom, 1);
+        if (j >= nodes_y_ - Shape::wall_layers)
+            at_side(n, grid_.sides.top, 1);
+    }
+}
+
+template <class Shape> void Transfer<Shape>::prepare(Particles& particles, std::span<const RigidBody> rigid_bodies) {
+    weights_.resize(2 * Shape::stored * particles.size());
+    first_.resize(particles.size());
+    settle_all(particles);
+    find_runs(particles);
+    if (disordered()) {
+        sort(particles);
+        settle_all(particles);
+        find_runs(particles);
+    }
+    cutoff_ =
+        mass_cutoff * std::accumulate(particles.mass.begin(), particles.mass.end(), 0.0) / static_cast<double>(particles.size());
+    add_masses(particles);
+    if (leave_massless_nodes(particles)) {
+        find_runs(particles);
+        add_masses(particles);
+    }
+    number_nodes();
+    number_runs();
+    map_velocities(particles);
+    prescribe(rigid_bodies);
+}
+
+template <class Shape> std::size_t Transfer<Shape>::memory_bytes() const {
+    return sizeof(double) * (weights_.capacity() + lattice_mass_.capacity() + 6 * nodes_.mass.capacity()) +
+           sizeof(std::int32_t) * (first_.capacity() + number_.capacity() + run_first_.capacity()) +
+           sizeof(Run) * runs_.capacity();
+}
+
+template class Transfer<Linear>;
+template class Transfer<Gimp>;
+template class Transfer<BSpline>;
+
+} // namespace ductile::mpm

@@ -1,0 +1,90 @@
+#pragma once
+// Private: how particles and nodes see each other during one step.
+#include <ductile/base/aligned.hpp>
+#include <ductile/mpm/active_nodes.hpp>
+#include <ductile/mpm/body.hpp>
+#include <ductile/mpm/particles.hpp>
+#include <ductile/mpm/shape_functions.hpp>
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace ductile::mpm {
+
+/// Shape functions at all particles, cached for one step: the particles do not move while it is in use.
+///
+/// Particles are visited in runs: neighbours in memory that see the same nodes and are of the same material. A kernel loads the
+/// nodes of a run once and writes them back once. In sorted order a run is all particles of a cell; particles that have crossed a
+/// cell edge cost a run more each, and prepare() sorts the particles again once these are many.
+///
+/// A node is active if its mass exceeds 1e-12 of the mean mass of a particle. Where a particle touches a node that is not, the
+/// nearest active one of those it touches stands in for it, so that weights keep their sum 1 and gradients of a constant vanish.
+/// With linear shape functions a particle on a cell edge (to 1e-12 of a cell) would lose half of its gradient so; it sees the
+/// nodes of the neighbouring cell instead.
+template <class Shape> class Transfer {
+public:
+    static constexpr int support = Shape::support;
+    static constexpr int seen = support * support;
+
+    struct Run {
+        std::int32_t begin, end, material;
+        std::int32_t node[seen]; ///< active numbers; row by row
+    };
+
+    explicit Transfer(const Grid& grid);
+
+    /// Caches weights and finds the active nodes, their masses, mapped velocities (2.2.14) and prescribed components. May sort
+    /// the particles. Throws RunError for a particle that has left the grid: which, and where.
+    void prepare(Particles& particles, std::span<const RigidBody> rigid_bodies);
+
+    [[nodiscard]] const ActiveNodes& nodes() const { return nodes_; }
+    [[nodiscard]] const std::vector<Run>& runs() const { return runs_; }
+    [[nodiscard]] const Grid& grid() const { return grid_; }
+    [[nodiscard]] bool inside(double x, double y) const;
+
+    [[gnu::DUCTILE_ALWAYS_INLINE]] Factors<support> factors_x(std::size_t p) const {
+        return Shape::expand(&weights_[2 * Shape::stored * p], inverse_dx_);
+    }
+    [[gnu::DUCTILE_ALWAYS_INLINE]] Factors<support> factors_y(std::size_t p) const {
+        return Shape::expand(&weights_[2 * Shape::stored * p + Shape::stored], inverse_dy_);
+    }
+    [[nodiscard]] std::size_t memory_bytes() const;
+
+private:
+    struct Place {
+        std::int32_t cell_x, cell_y;
+        double xi, eta;
+    };
+
+    [[nodiscard]] Place place_of(const Particles& particles, std::size_t p) const;
+    void settle(const Particles& particles, std::size_t p, const Place& place);
+    void settle_all(const Particles& particles);
+    void find_runs(const Particles& particles);
+    [[nodiscard]] bool disordered();
+    void sort(Particles& particles);
+    void add_masses(const Particles& particles);
+    [[nodiscard]] bool leave_massless_nodes(const Particles& particles);
+    void number_nodes();
+    void number_runs();
+    void map_velocities(const Particles& particles);
+    void prescribe(std::span<const RigidBody> rigid_bodies);
+
+    Grid grid_;
+    double inverse_dx_, inverse_dy_;
+    int nodes_x_, nodes_y_;
+    aligned_vector<double> weights_;  // stored numbers of x, then of y, particle after particle
+    std::vector<std::int32_t> first_; // lattice place of the first node a particle sees
+    std::vector<Run> runs_;
+    std::vector<std::int32_t> run_first_;
+    aligned_vector<double> lattice_mass_;
+    std::vector<std::int32_t> number_; // active number of a lattice node, or -1
+    double cutoff_ = 0.0;
+    ActiveNodes nodes_;
+};
+
+extern template class Transfer<Linear>;
+extern template class Transfer<Gimp>;
+extern template class Transfer<BSpline>;
+
+} // namespace ductile::mpm

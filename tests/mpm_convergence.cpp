@@ -1,0 +1,139 @@
+// Orders of accuracy: a manufactured solution with particles that cross cells, and the midpoint rule in time.
+#include "mpm_scenes.hpp"
+
+#include <ductile/mpm/explicit_step.hpp>
+#include <ductile/mpm/time_stepper.hpp>
+
+#include <numbers>
+
+using namespace mpm_scenes;
+
+namespace {
+
+constexpr double pi = std::numbers::pi;
+
+/// The axis-aligned solution of Wallstedt & Guilkey (2008) on the unit square, for the hypoelastic law that small-strain
+/// elasticity is when its strain increments are taken from the moving configuration: displacements
+///   u = A sin(pi X) sin(c pi t), v = A sin(pi Y) sin(c pi t + pi)
+/// stretch the axes by F = 1 + du/dX and G = 1 + dv/dY and turn nothing, so that the stress is that of the logarithmic strains:
+/// sigma_xx = (lambda + 2 mu) ln F + lambda ln G. The body force is what keeps the momentum balanced:
+///   b_x = d2u/dt2 - (1/rho) d(sigma_xx)/dx = d2u/dt2 - (F G/rho_0) (lambda + 2 mu) (dF/dX)/F^2.
+struct AxisAligned {
+    double amplitude = 0.01, density = 1000.0;
+    IsotropicElasticity elasticity = elasticity_from_young(1e4, 0.3);
+    double wave = std::sqrt(1e4 / 1000.0);
+
+    [[nodiscard]] double displacement(double x, double time, double phase) const {
+        return amplitude * std::sin(pi * x) * std::sin(wave * pi * time + phase);
+    }
+    [[nodiscard]] double velocity(double x, double phase) const {
+        return amplitude * wave * pi * std::sin(pi * x) * std::cos(phase);
+    }
+    [[nodiscard]] double force(double x, double y, double time, double phase, double other_phase) const {
+        const double s = amplitude * pi * std::sin(wave * pi * time + phase), f = 1.0 + s * std::cos(pi * x);
+        const double g = 1.0 + amplitude * pi * std::sin(wave * pi * time + other_phase) * std::cos(pi * y);
+        const double acceleration = -std::pow(wave * pi, 2) * displacement(x, time, phase);
+        return acceleration - f * g / density * elasticity.alpha() * (-s * pi * std::sin(pi * x)) / (f * f);
+    }
+};
+
+/// Root mean square error of the displacement when it is largest, with n x n cells of nine particles each. The steps are so short
+/// that their error does not count. `crossed` becomes the number of particles that are no longer in their first cell.
+double error_of(ShapeFunction shape, int n, int& crossed) {
+    const AxisAligned exact;
+    Scene scene{
+        .grid = {n, n, 1.0, 1.0, 0.0, 0.0, {SideCondition::slip, SideCondition::slip, SideCondition::slip, SideCondition::slip}},
+        .shape = shape,
+        .materials = {{LinearElastic(exact.elasticity)}},
+        .finite_rotation = false};
+    State state;
+    add_body(state.particles, {.shape = rectangle(0.0, 0.0, 1.0, 1.0), .density = exact.density, .particles_per_side = 3},
+             scene.grid, scene.geometry);
+    Particles& p = state.particles;
+    const std::vector<double> x0(p.x.begin(), p.x.end()), y0(p.y.begin(), p.y.end());
+    for (std::size_t i = 0; i < p.size(); ++i) {
+        p.velocity_x[i] = exact.velocity(x0[i], 0.0);
+        p.velocity_y[i] = exact.velocity(y0[i], pi);
+    }
+    scene.body_force = [&](std::int64_t id, double, double, double time) {
+        const auto i = static_cast<std::size_t>(id);
+        return std::array{exact.force(x0[i], y0[i], time, 0.0, pi), exact.force(y0[i], x0[i], time, pi, 0.0)};
+    };
+    const double end = 0.5 / exact.wave; // the largest displacement
+    const int steps = 8 * n;
+    ExplicitStep step(scene, Form::momentum);
+    for (int k = 0; k < steps; ++k)
+        step.advance(state, end / steps);
+    double sum = 0.0;
+    crossed = 0;
+    for (std::size_t i = 0; i < p.size(); ++i) {
+        const auto q = static_cast<std::size_t>(p.id[i]);
+        crossed += std::floor(n * p.x[i]) != std::floor(n * x0[q]) || std::floor(n * p.y[i]) != std::floor(n * y0[q]) ? 1 : 0;
+        sum += std::pow(p.x[i] - x0[q] - exact.displacement(x0[q], end, 0.0), 2) +
+               std::pow(p.y[i] - y0[q] - exact.displacement(y0[q], end, pi), 2);
+    }
+    return std::sqrt(sum / (2.0 * static_cast<double>(p.size())));
+}
+
+/// The bar of the program vibrating_bar: its tip after a period, and its energy.
+struct Vibration {
+    double tip, energy_kept;
+};
+Vibration vibrate(ImplicitMethod method, int steps_a_period, int periods) {
+    Scene scene{.grid = {27,
+                         3,
+                         27.0,
+                         3.0,
+                         0.0,
+                         0.0,
+                         {.left = SideCondition::slip, .bottom = SideCondition::slip, .top = SideCondition::slip}},
+                .materials = {{LinearElastic(elasticity_from_young(100.0, 0.0))}},
+                .finite_rotation = false};
+    State state;
+    Particles& p = state.particles;
+    add_body(p, {.shape = rectangle(0.0, 0.0, 25.0, 3.0), .density = 1.0}, scene.grid, scene.geometry);
+    for (std::size_t i = 0; i < p.size(); ++i)
+        p.velocity_x[i] = 0.02 * std::sin(0.5 * pi * p.x[i] / 25.0);
+    const double period = 4.0 * 25.0 / 10.0, start = *std::max_element(p.x.begin(), p.x.end());
+    ImplicitOptions options{.scheme = {.method = method}, .solver = SolverKind::newton_cg};
+    options.newton.tolerance = 1e-12;
+    options.newton.largest_linear_iterations = 200;
+    const auto stepper = make_implicit_stepper(scene, options);
+    const auto energy = [&] {
+        const Energies e = energies_of(scene, p);
+        return e.kinetic + e.strain;
+    };
+    const double before = energy();
+    for (int k = 0; k < steps_a_period * periods; ++k)
+        REQUIRE(stepper->attempt(state, period / steps_a_period).accepted);
+    return {*std::max_element(p.x.begin(), p.x.end()) - start, energy() / before};
+}
+
+} // namespace
+
+TEST_SUITE_BEGIN("mpm_convergence");
+
+TEST_CASE("a manufactured solution: second order with GIMP and B-splines, and no convergence with hat functions") {
+    int crossed = 0;
+    const auto order = [&](ShapeFunction shape) {
+        return 0.5 * std::log2(error_of(shape, 10, crossed) / error_of(shape, 40, crossed));
+    };
+    for (const ShapeFunction shape : {ShapeFunction::gimp, ShapeFunction::bspline}) {
+        CAPTURE(static_cast<int>(shape));
+        CHECK(order(shape) > 1.8);
+        CHECK(crossed > 1000);
+    }
+    // the gradient of hat functions jumps under particles that cross cell edges: what finer cells gain is lost there
+    CHECK(order(ShapeFunction::linear) < 0.5);
+}
+
+TEST_CASE("the midpoint rule is of second order in time and keeps energy; backward Euler damps") {
+    const double exact = vibrate(ImplicitMethod::midpoint, 3200, 1).tip;
+    const double coarse = vibrate(ImplicitMethod::midpoint, 25, 1).tip - exact,
+                 fine = vibrate(ImplicitMethod::midpoint, 50, 1).tip - exact;
+    CHECK(std::log2(std::abs(coarse / fine)) > 1.8);
+    CHECK(std::abs(vibrate(ImplicitMethod::midpoint, 200, 10).energy_kept - 1.0) < 1e-3);
+    CHECK(vibrate(ImplicitMethod::paper, 200, 10).energy_kept < 0.5);
+}
+
+TEST_SUITE_END();

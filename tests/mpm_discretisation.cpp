@@ -1,0 +1,448 @@
+// Particles on the background grid: weights, sums, rigid motions, conservation, wrong input.
+#include "messages.hpp"
+#include "mpm_scenes.hpp"
+
+#include <ductile/mpm/explicit_step.hpp>
+#include <ductile/mpm/shape_functions.hpp>
+#include <ductile/mpm/transfer.hpp>
+
+#include <algorithm>
+#include <numeric>
+
+using namespace mpm_scenes;
+
+namespace {
+
+/// Values and slopes of one direction's shape functions at x, by node.
+template <class Shape> struct Line {
+    int cells;
+    double half_width = 0.25;
+
+    void at(double x, std::vector<double>& w, std::vector<double>& dw) const {
+        const int cell = std::min(static_cast<int>(x), cells - 1);
+        double stored[Shape::stored];
+        Shape::store(x - cell, cell, cells, half_width, stored);
+        const auto f = Shape::expand(stored, 1.0);
+        w.assign(static_cast<std::size_t>(Shape::nodes(cells)), 0.0);
+        dw = w;
+        for (int k = 0; k < Shape::support; ++k) {
+            w[static_cast<std::size_t>(Shape::first(x - cell, cell, cells) + k)] = f.w[k];
+            dw[static_cast<std::size_t>(Shape::first(x - cell, cell, cells) + k)] = f.dw[k];
+        }
+    }
+};
+
+template <class Shape> void check_line() {
+    const Line<Shape> line{5};
+    std::vector<double> w, dw, below, above, unused;
+    for (double x = 0.013; x < 4.999; x += 0.0437) {
+        line.at(x, w, dw);
+        CHECK(std::accumulate(w.begin(), w.end(), 0.0) == doctest::Approx(1.0).epsilon(1e-14));
+        CHECK(std::abs(std::accumulate(dw.begin(), dw.end(), 0.0)) <= 1e-13);
+        if (x < line.half_width || x > 5.0 - line.half_width)
+            continue; // GIMP's particles change their width there
+        line.at(x - 1e-6, below, unused);
+        line.at(x + 1e-6, above, unused);
+        for (std::size_t n = 0; n < w.size(); ++n) {
+            CHECK(w[n] >= 0.0);
+            CHECK(std::abs((above[n] - below[n]) / 2e-6 - dw[n]) <= 1e-5);
+        }
+    }
+}
+
+/// Runs of a body that moves as given by velocity = (a, b) + spin * (-(y - 0.4), x - 0.4).
+void set_velocity(Particles& particles, double a, double b, double spin) {
+    for (std::size_t p = 0; p < particles.size(); ++p) {
+        particles.velocity_x[p] = a - spin * (particles.y[p] - 0.4);
+        particles.velocity_y[p] = b + spin * (particles.x[p] - 0.4);
+    }
+}
+
+std::array<double, 3> momenta(const Particles& p) {
+    std::array<double, 3> sum{};
+    for (std::size_t i = 0; i < p.size(); ++i) {
+        sum[0] += p.mass[i] * p.velocity_x[i];
+        sum[1] += p.mass[i] * p.velocity_y[i];
+        sum[2] += p.mass[i] * (p.x[i] * p.velocity_y[i] - p.y[i] * p.velocity_x[i]);
+    }
+    return sum;
+}
+
+} // namespace
+
+TEST_SUITE_BEGIN("mpm_discretisation");
+
+TEST_CASE("shape functions are positive, sum to one, and their slopes are their derivatives") {
+    check_line<Linear>();
+    check_line<Gimp>();
+    check_line<BSpline>();
+}
+
+TEST_CASE("GIMP leaves no velocity across a wall, and reproduces linear functions up to it") {
+    const Line<Gimp> line{5};
+    std::vector<double> w, dw;
+    const double node[6] = {0.0, 1.0, 2.0, 3.0, 4.0, 5.0};
+    for (const double x : {0.0, 1e-12, 0.1, 0.24, 0.5, 2.6, 4.9, 5.0}) {
+        line.at(x, w, dw);
+        CHECK(std::accumulate(w.begin(), w.end(), 0.0) == doctest::Approx(1.0).epsilon(1e-12));
+        CHECK(std::inner_product(w.begin(), w.end(), node, 0.0) == doctest::Approx(x).epsilon(1e-12).scale(1.0));
+        CHECK(std::inner_product(dw.begin(), dw.end(), node, 0.0) == doctest::Approx(1.0).epsilon(1e-12));
+        CHECK(std::abs(std::accumulate(dw.begin(), dw.end(), 0.0)) <= 1e-12);
+    }
+    line.at(0.0, w, dw);
+    CHECK(w[0] == 1.0);
+}
+
+TEST_CASE("B-splines take the value of the outermost node at the wall, and reproduce linear functions inside") {
+    const Line<BSpline> line{5};
+    std::vector<double> w, dw;
+    line.at(0.0, w, dw);
+    CHECK(w[0] == 1.0);
+    line.at(5.0, w, dw);
+    CHECK(w[6] == 1.0);
+    const double greville[7] = {0.0, 0.5, 1.5, 2.5, 3.5, 4.5, 5.0}; // averages of neighbouring knots
+    for (const double x : {0.2, 1.7, 2.5, 4.9}) {
+        line.at(x, w, dw);
+        CHECK(std::inner_product(w.begin(), w.end(), greville, 0.0) == doctest::Approx(x).epsilon(1e-13));
+        CHECK(std::inner_product(dw.begin(), dw.end(), greville, 0.0) == doctest::Approx(1.0).epsilon(1e-13));
+    }
+}
+
+TEST_CASE("bodies: shapes, masses, and what is refused") {
+    const Grid grid{10, 10, 1.0, 1.0, 0.0, 0.0, {}};
+    Particles p;
+    add_body(p, {.shape = rectangle(0.1, 0.1, 0.7, 0.9) - disk(0.4, 0.5, 0.2), .density = 8.0, .particles_per_side = 4}, grid,
+             Geometry::plane_strain);
+    CHECK(std::accumulate(p.mass.begin(), p.mass.end(), 0.0) == doctest::Approx(8.0 * (0.48 - 3.14159 * 0.04)).epsilon(0.01));
+    add_body(p, {.shape = rectangle(0.8, 0.0, 0.9, 0.1) | rectangle(0.8, 0.8, 0.9, 0.9), .density = 8.0}, grid,
+             Geometry::plane_strain);
+    CHECK(std::count_if(p.x.begin(), p.x.end(), [](double x) { return x > 0.75; }) == 8);
+    CHECK(p.id.back() == static_cast<std::int64_t>(p.size()) - 1);
+
+    Particles ring;
+    add_body(ring, {.shape = rectangle(0.2, 0.0, 0.6, 0.5), .density = 3.0}, grid, Geometry::axisymmetric);
+    CHECK(std::accumulate(ring.mass.begin(), ring.mass.end(), 0.0) ==
+          doctest::Approx(3.0 * 0.5 * 0.5 * (0.36 - 0.04)).epsilon(1e-12)); // of one radian
+
+    const auto refusal = [&](const Body& body) {
+        return message_of<InputError>([&] { add_body(p, body, grid, Geometry::plane_strain); });
+    };
+    CHECK(contains(refusal({.shape = disk(5.0, 5.0, 1.0), .density = 1.0}), "a body has no particle"));
+    CHECK(contains(refusal({.shape = disk(0.5, 0.5, 0.1), .density = -1.0}), "density -1"));
+    CHECK(contains(refusal({.shape = disk(0.5, 0.5, 0.1), .density = 1.0, .particles_per_side = 0}), "0 particles along"));
+    CHECK(contains(message_of<InputError>([&] { (void)make_rigid_body("platen", disk(5.0, 5.0, 1.0), 2, grid); }), "'platen'"));
+    Scene scene{.grid = {2, 8, 1.0, 1.0, 0.0, 0.0, {}}, .materials = {{law_named("elastic")}}};
+    CHECK(contains(message_of<InputError>([&] { check(scene, p); }), "2 x 8 cells"));
+    scene.grid = grid;
+    scene.geometry = Geometry::axisymmetric;
+    scene.grid.left = -0.1;
+    CHECK(contains(message_of<InputError>([&] { check(scene, p); }), "radius -0.1"));
+    scene.grid.left = 0.0;
+    CHECK_NOTHROW(check(scene, p));
+    scene.shape = ShapeFunction::gimp;
+    p.half_width[3] = 0.06;
+    CHECK(contains(message_of<InputError>([&] { check(scene, p); }), "particle 3"));
+    scene.materials.clear();
+    CHECK(contains(message_of<InputError>([&] { check(scene, p); }), "0 materials"));
+}
+
+TEST_CASE("mapping keeps mass and momentum; an affine velocity has its gradient at every particle") {
+    for (const ShapeFunction shape : all_shapes) {
+        CAPTURE(static_cast<int>(shape));
+        Block b = block(shape);
+        shake(b.state.particles, 0.02);
+        set_velocity(b.state.particles, 0.3, -0.2, 0.0);
+        const auto d = make_discretisation(b.scene);
+        d->prepare(b.state.particles, {});
+        const ActiveNodes& nodes = d->nodes();
+        double mass = 0.0;
+        for (std::size_t n = 0; n < nodes.count(); ++n) {
+            mass += nodes.mass[n];
+            CHECK(nodes.velocity[2 * n] == doctest::Approx(0.3).epsilon(1e-13));
+            CHECK(nodes.velocity[2 * n + 1] == doctest::Approx(-0.2).epsilon(1e-13));
+        }
+        CHECK(mass == doctest::Approx(10.0 * 0.16).epsilon(1e-13));
+    }
+}
+
+TEST_CASE("a patch of equal stress loads only the nodes at its rim, and the forces on all nodes sum to nothing") {
+    for (const ShapeFunction shape : all_shapes) {
+        CAPTURE(static_cast<int>(shape));
+        Block b = block(shape);
+        for (auto& s : b.state.particles.stress_xx)
+            s = 3.0;
+        for (auto& s : b.state.particles.stress_xy)
+            s = -2.0;
+        const auto d = make_discretisation(b.scene);
+        d->prepare(b.state.particles, {});
+        std::vector<double> force(d->nodes().components());
+        d->internal_force(b.state.particles, force);
+        double sum[2] = {}, torque = 0.0;
+        int free_of_force = 0;
+        const int row = shape == ShapeFunction::bspline ? 10 : 9;
+        for (std::size_t n = 0; n < d->nodes().count(); ++n) {
+            const int i = d->nodes().lattice[n] % row, j = d->nodes().lattice[n] / row;
+            sum[0] += force[2 * n];
+            sum[1] += force[2 * n + 1];
+            // B-splines number their nodes by the middle of their support, Greville's points
+            const double shift = shape == ShapeFunction::bspline ? -0.05 : 0.0;
+            torque += (0.1 * i + shift) * force[2 * n + 1] - (0.1 * j + shift) * force[2 * n];
+            free_of_force += std::abs(force[2 * n]) + std::abs(force[2 * n + 1]) <= 1e-13 ? 1 : 0;
+        }
+        CHECK(std::abs(sum[0]) <= 1e-13);
+        CHECK(std::abs(sum[1]) <= 1e-13);
+        CHECK(std::abs(torque) <= 1e-13); // a symmetric stress turns nothing
+        CHECK(free_of_force >= 4);
+    }
+}
+
+TEST_CASE("the internal force is minus the derivative of the virtual work, hoop stress included") {
+    for (const ShapeFunction shape : all_shapes)
+        for (const Geometry geometry : all_geometries) {
+            Block b = block(shape, geometry);
+            shake(b.state.particles, 0.02);
+            stress_randomly(b.scene, b.state.particles, 1.0);
+            const auto d = make_discretisation(b.scene);
+            d->prepare(b.state.particles, {});
+            const std::vector<double> v = random_vector(d->nodes().components(), 1.0, 9);
+            std::vector<double> force(v.size());
+            d->internal_force(b.state.particles, force);
+            // power of the stress: rate of internal energy under a step so short that stress and volume stay
+            const double dt = 1e-13;
+            Particles after = b.state.particles;
+            d->advance(after, {v, v, v, false, dt});
+            double power = 0.0;
+            for (std::size_t p = 0; p < after.size(); ++p)
+                power += after.mass[p] * (after.energy[p] - b.state.particles.energy[p]) / dt;
+            CHECK(std::inner_product(force.begin(), force.end(), v.begin(), 0.0) == doctest::Approx(-power).epsilon(1e-5));
+        }
+}
+
+TEST_CASE("free translation leaves no stress and no change of velocity, wherever the particles lie") {
+    for (const ShapeFunction shape : all_shapes)
+        for (const Form form : {Form::velocity, Form::momentum})
+            // the last shifts put columns of particles on cell edges, or a hair's breadth beside
+            for (const double shift : {0.0, 0.0125, 0.025, -0.025, 0.025 + 1e-14, -0.025 - 1e-14, 0.025 - 1e-9}) {
+                CAPTURE(static_cast<int>(shape));
+                CAPTURE(shift);
+                Block b = block(shape);
+                for (double& x : b.state.particles.x)
+                    x += shift;
+                for (double& y : b.state.particles.y)
+                    y -= shift;
+                set_velocity(b.state.particles, 1.2, -0.8, 0.0);
+                const Particles before = b.state.particles;
+                ExplicitStep step(b.scene, form);
+                for (int n = 0; n < 50; ++n)
+                    step.advance(b.state, 0.001);
+                const Particles& after = b.state.particles;
+                CHECK(largest_stress(after) <= 1e-10); // of E = 1000
+                for (std::size_t p = 0; p < after.size(); ++p) {
+                    const auto q = static_cast<std::size_t>(after.id[p]);
+                    CHECK(after.velocity_x[p] == doctest::Approx(1.2).epsilon(1e-11));
+                    CHECK(after.x[p] - before.x[q] == doctest::Approx(0.06).epsilon(1e-10));
+                    CHECK(after.y[p] - before.y[q] == doctest::Approx(-0.04).epsilon(1e-10));
+                }
+            }
+}
+
+TEST_CASE("a small rotation gives stress of second order, also for particles on cell edges") {
+    for (const ShapeFunction shape : all_shapes)
+        for (const double shift : {0.0, 0.025, -0.025, -0.025 - 1e-14}) {
+            CAPTURE(static_cast<int>(shape));
+            CAPTURE(shift);
+            double before = 0.0;
+            for (const double angle : {1e-2, 1e-3}) {
+                Block b = block(shape);
+                for (double& x : b.state.particles.x)
+                    x += shift;
+                const auto d = make_discretisation(b.scene);
+                d->prepare(b.state.particles, {});
+                // the nodes' velocity of the rotation, at their places
+                const ActiveNodes& nodes = d->nodes();
+                std::vector<double> v(nodes.components());
+                const int row = shape == ShapeFunction::bspline ? 10 : 9;
+                const double offset = shape == ShapeFunction::bspline ? -0.05 : 0.0;
+                for (std::size_t n = 0; n < nodes.count(); ++n) {
+                    v[2 * n] = -angle * (0.1 * (nodes.lattice[n] / row) + offset);
+                    v[2 * n + 1] = angle * (0.1 * (nodes.lattice[n] % row) + offset);
+                }
+                for (double& s : b.state.particles.stress_xx)
+                    s = 5.0;
+                d->advance(b.state.particles, {v, v, v, false, 1.0});
+                double largest = 0.0;
+                for (std::size_t p = 0; p < b.state.particles.size(); ++p) {
+                    // the old stress turns with the body
+                    largest = std::max(largest, std::abs(b.state.particles.stress_xx[p] - 5.0));
+                    CHECK(b.state.particles.stress_xy[p] == doctest::Approx(5.0 * angle).epsilon(1e-3));
+                }
+                CHECK(largest < 6.0 * angle * angle);
+                if (before > 0.0)
+                    CHECK(before / largest == doctest::Approx(100.0).epsilon(0.02));
+                before = largest;
+            }
+        }
+}
+
+TEST_CASE("explicit steps keep linear momentum to round-off whatever happens inside") {
+    for (const ShapeFunction shape : all_shapes)
+        for (const Form form : {Form::velocity, Form::momentum})
+            for (const Geometry geometry : {Geometry::plane_strain, Geometry::plane_stress}) {
+                Block b = block(shape, geometry, "von Mises");
+                shake(b.state.particles, 0.01);
+                stress_randomly(b.scene, b.state.particles, 5.0);
+                set_velocity(b.state.particles, 0.2, 0.1, 1.0);
+                const auto before = momenta(b.state.particles);
+                ExplicitStep step(b.scene, form);
+                for (int n = 0; n < 100; ++n)
+                    step.advance(b.state, 0.0005);
+                const auto after = momenta(b.state.particles);
+                CHECK(after[0] == doctest::Approx(before[0]).epsilon(1e-12));
+                CHECK(after[1] == doctest::Approx(before[1]).epsilon(1e-12));
+                CHECK(*std::max_element(b.state.particles.internal.begin(), b.state.particles.internal.end()) > 0.0);
+            }
+}
+
+TEST_CASE("the order of the particles in memory changes a step by no more than round-off, and disorder is sorted away") {
+    for (const ShapeFunction shape : all_shapes) {
+        Block sorted = block(shape, Geometry::plane_strain, "von Mises");
+        shake(sorted.state.particles, 0.02);
+        stress_randomly(sorted.scene, sorted.state.particles, 5.0);
+        Block shuffled = sorted;
+        std::vector<std::int32_t> order(sorted.state.particles.size());
+        std::iota(order.begin(), order.end(), 0);
+        std::shuffle(order.begin(), order.end(), std::mt19937(1));
+        shuffled.state.particles.permute(order);
+        for (Block* b : {&sorted, &shuffled}) {
+            ExplicitStep step(b->scene, Form::velocity);
+            for (int n = 0; n < 5; ++n)
+                step.advance(b->state, 0.002);
+        }
+        const Particles &a = sorted.state.particles, &b = shuffled.state.particles;
+        std::vector<std::size_t> place(a.size());
+        for (std::size_t p = 0; p < b.size(); ++p)
+            place[static_cast<std::size_t>(b.id[p])] = p;
+        for (std::size_t p = 0; p < a.size(); ++p) {
+            const std::size_t q = place[static_cast<std::size_t>(a.id[p])];
+            CHECK(a.stress_xx[p] == doctest::Approx(b.stress_xx[q]).epsilon(1e-10).scale(5.0));
+            CHECK(a.x[p] == doctest::Approx(b.x[q]).epsilon(1e-13));
+        }
+        // after sorting, neighbours in memory are neighbours in space
+        double path = 0.0;
+        for (std::size_t p = 1; p < b.size(); ++p)
+            path += std::hypot(b.x[p] - b.x[p - 1], b.y[p] - b.y[p - 1]);
+        CHECK(path < 0.12 * static_cast<double>(b.size()));
+    }
+}
+
+TEST_CASE("two materials side by side keep their laws when particles are sorted") {
+    Block b = block(ShapeFunction::linear);
+    b.scene.materials.push_back({law_named("von Mises")});
+    for (std::size_t p = 0; p < b.state.particles.size(); ++p)
+        b.state.particles.material[p] = (p * 7) % 3 == 0 ? 1 : 0;
+    const Particles before = b.state.particles;
+    set_velocity(b.state.particles, 0.0, 0.0, 0.0);
+    for (std::size_t p = 0; p < b.state.particles.size(); ++p)
+        b.state.particles.velocity_x[p] = 3.0 * b.state.particles.x[p];
+    ExplicitStep step(b.scene, Form::velocity);
+    for (int n = 0; n < 10; ++n)
+        step.advance(b.state, 0.002);
+    const Particles& after = b.state.particles;
+    int flowed = 0;
+    for (std::size_t p = 0; p < after.size(); ++p) {
+        CHECK(after.material[p] == before.material[static_cast<std::size_t>(after.id[p])]);
+        if (after.material[p] == 0)
+            CHECK(after.internal[p] == 0.0);
+        else
+            flowed += after.internal[p] > 0.0 ? 1 : 0;
+    }
+    CHECK(flowed > 10);
+}
+
+TEST_CASE("sides: fixed, slip and free; rigid bodies hold the nodes they touch") {
+    Block b = block(ShapeFunction::linear);
+    b.scene.grid.sides = {.left = SideCondition::fixed, .bottom = SideCondition::slip};
+    Particles p;
+    add_body(p, {.shape = rectangle(0.0, 0.0, 0.4, 0.4), .density = 1.0, .velocity_x = 1.0, .velocity_y = 2.0}, b.scene.grid,
+             Geometry::plane_strain);
+    RigidBody body = make_rigid_body("wall", rectangle(0.4, 0.0, 0.5, 0.5), 2, b.scene.grid);
+    body.velocity_x = -5.0;
+    body.holds_y = false;
+    const auto d = make_discretisation(b.scene);
+    d->prepare(p, std::span(&body, 1));
+    const ActiveNodes& n = d->nodes();
+    CHECK(n.count() == 25);
+    for (std::size_t k = 0; k < n.count(); ++k) {
+        const int i = n.lattice[k] % 9, j = n.lattice[k] / 9;
+        CHECK(n.velocity[2 * k] == doctest::Approx(i == 0 ? 0.0 : i == 4 ? -5.0 : 1.0));
+        CHECK(n.velocity[2 * k + 1] == doctest::Approx(i == 0 || j == 0 ? 0.0 : 2.0));
+        CHECK(bool(n.prescribed[2 * k]) == (i == 0 || i == 4));
+        CHECK(bool(n.prescribed[2 * k + 1]) == (i == 0 || j == 0));
+        CHECK(n.rigid_body[k] == (i == 4 ? 0 : -1));
+    }
+}
+
+TEST_CASE("plastic work heats, and all work is in the internal energy") {
+    // simple shear by gamma in one step from a stress-free state: q = Y + H p with p from 3 mu (gamma/sqrt(3) - p) = q
+    Block b = block(ShapeFunction::linear, Geometry::plane_strain, "von Mises");
+    b.scene.finite_rotation = false;
+    b.scene.materials[0].heat_capacity = 7.0;
+    const auto d = make_discretisation(b.scene);
+    d->prepare(b.state.particles, {});
+    const double gamma = 0.05, mu = rubber.shear_modulus;
+    std::vector<double> v(d->nodes().components());
+    for (std::size_t n = 0; n < d->nodes().count(); ++n)
+        v[2 * n] = gamma * 0.1 * (d->nodes().lattice[n] / 9);
+    d->advance(b.state.particles, {v, v, v, false, 1.0});
+    const double p = (std::sqrt(3.0) * mu * gamma - 6.0) / (3.0 * mu + 50.0), q = 6.0 + 50.0 * p;
+    for (std::size_t i = 0; i < b.state.particles.size(); ++i) {
+        CHECK(b.state.particles.internal[i] == doctest::Approx(p).epsilon(1e-12));
+        CHECK(b.state.particles.temperature[i] == doctest::Approx(q * p / (10.0 * 7.0)).epsilon(1e-11)); // sigma : eps_pl = q p
+        CHECK(b.state.particles.energy[i] == doctest::Approx(0.5 * q / std::sqrt(3.0) * gamma / 10.0).epsilon(1e-11));
+        CHECK(b.state.particles.density[i] == doctest::Approx(10.0).epsilon(1e-14));
+    }
+}
+
+TEST_CASE("density follows the change of volume, out of the plane, too") {
+    for (const Geometry geometry : all_geometries) {
+        Block b = block(ShapeFunction::linear, geometry);
+        b.scene.finite_rotation = false;
+        const auto d = make_discretisation(b.scene);
+        d->prepare(b.state.particles, {});
+        std::vector<double> v(d->nodes().components());
+        for (std::size_t n = 0; n < d->nodes().count(); ++n)
+            v[2 * n] = 0.01 * 0.1 * (d->nodes().lattice[n] % 9); // eps_xx = 0.01, in axisymmetry the hoop strain, too
+        d->advance(b.state.particles, {v, v, v, false, 1.0});
+        const double across = geometry == Geometry::axisymmetric   ? 0.01
+                              : geometry == Geometry::plane_stress ? -0.3 / 0.7 * 0.01
+                                                                   : 0.0;
+        for (const double density : b.state.particles.density)
+            CHECK(density == doctest::Approx(10.0 / (1.01 + across)).epsilon(1e-12));
+    }
+}
+
+TEST_CASE("empty cells inside a body are counted") {
+    Block b = block(ShapeFunction::linear);
+    CHECK(enclosed_empty_cells(b.scene.grid, b.state.particles) == 0);
+    for (double& x : b.state.particles.x)
+        x = x < 0.4 ? x - 0.1 : x; // a gap of a cell across the body, four cells high
+    CHECK(enclosed_empty_cells(b.scene.grid, b.state.particles) == 4);
+    for (double& x : b.state.particles.x)
+        x = x < 0.4 ? x - 0.1 : x; // two cells wide it separates two bodies
+    CHECK(enclosed_empty_cells(b.scene.grid, b.state.particles) == 0);
+}
+
+TEST_CASE("a particle that leaves the grid and a node that runs away end the step with their place, and the state as it was") {
+    Block b = block(ShapeFunction::linear);
+    set_velocity(b.state.particles, 0.0, 9.0, 0.0);
+    ExplicitStep step(b.scene, Form::velocity);
+    const Particles before = b.state.particles;
+    CHECK(contains(message_of<RunError>([&] { step.advance(b.state, 0.02); }), "farther than a cell"));
+    CHECK(b.state.particles.y == before.y);
+    for (int n = 0; n < 2; ++n)
+        step.advance(b.state, 0.01);
+    CHECK(contains(message_of<RunError>([&] { step.advance(b.state, 0.01), step.advance(b.state, 0.01); }), "particle "));
+    CHECK(contains(message_of<RunError>([&] { step.advance(b.state, 0.01); }), "left the background grid: it is at ("));
+}
+
+TEST_SUITE_END();

@@ -1,0 +1,280 @@
+// The programs of the material point method as their users meet them: processes with options, files, messages and an exit status.
+#include "child_process.hpp"
+#include "messages.hpp"
+
+#include <ductile/io/checkpoint.hpp>
+#include <ductile/io/hdf5.hpp>
+
+#include <doctest/doctest.h>
+#include <nlohmann/json.hpp>
+
+#include <chrono>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <string>
+#include <thread>
+#include <vector>
+
+using namespace ductile;
+using namespace ductile::io;
+using scratch::ChildProcess;
+namespace fs = std::filesystem;
+
+namespace {
+
+using Arguments = std::vector<std::string>;
+
+Arguments operator+(Arguments first, const Arguments& second) {
+    first.insert(first.end(), second.begin(), second.end());
+    return first;
+}
+
+Arguments command(const std::string& program, const Arguments& arguments) {
+    return Arguments{std::string(DUCTILE_PROGRAMS) + "/" + program} + arguments;
+}
+
+struct Outcome {
+    int status;
+    std::string output, errors;
+};
+
+Outcome run(const std::string& program, const Arguments& arguments, rlim_t largest_file = RLIM_INFINITY) {
+    ChildProcess process(command(program, arguments), largest_file);
+    const int status = process.wait();
+    return {status, process.output(), process.errors()};
+}
+
+void run_well(const std::string& program, const Arguments& arguments) {
+    const Outcome outcome = run(program, arguments + Arguments{"--quiet"});
+    CAPTURE(program);
+    CAPTURE(outcome.errors);
+    REQUIRE(outcome.status == 0);
+}
+
+/// summary.json, with what only this scene knows on the same level as the rest.
+nlohmann::json summary(const fs::path& folder) {
+    nlohmann::json json = nlohmann::json::parse(scratch::read(folder / "summary.json"));
+    json.update(json.at("extra"));
+    return json;
+}
+
+/// All numbers of a run that do not depend on the wall clock.
+struct Result {
+    std::string history;
+    std::map<std::string, std::vector<double>> vectors = {};
+    std::map<std::string, std::int64_t> counters = {};
+
+    bool operator==(const Result&) const = default;
+};
+
+Result result_in(const fs::path& folder, const std::string& program) {
+    Result result{.history = scratch::read(folder / "history.csv")};
+    const CheckpointReader checkpoint(folder / "checkpoint.h5", program);
+    for (const char* name : {"x", "y", "velocity_x", "velocity_y", "density", "stress_xx", "stress_yy", "stress_zz", "stress_xy",
+                             "internal", "energy", "temperature"})
+        result.vectors[name] = checkpoint.vector(std::string("particles/") + name);
+    const std::vector<std::int64_t> id = checkpoint.integer_vector("particles/id");
+    result.vectors["id"].assign(id.begin(), id.end());
+    for (const char* name : {"step", "newton_iterations", "linear_iterations", "residual_evaluations", "rejected_steps"})
+        result.counters[name] = checkpoint.counter(name);
+    const Hdf5File fields = Hdf5File::open(folder / "fields.h5");
+    for (const std::string& snapshot : fields.members("snapshots"))
+        for (const std::string& name : fields.members("snapshots/" + snapshot))
+            if (name != "position")
+                result.vectors[snapshot + name] = fields.read_doubles("snapshots/" + snapshot + "/" + name);
+    return result;
+}
+
+} // namespace
+
+TEST_SUITE_BEGIN("mpm_programs");
+
+TEST_CASE("explicit runs take the paper's numbers of steps") {
+    const scratch::Folder folder;
+    run_well("elastic_bar", {"--method", "explicit", "--output", folder / "elastic"});
+    CHECK(summary(folder / "elastic")["steps"] == 2108);
+    run_well("plastic_bar", {"--method", "explicit", "--history-every", "100", "--output", folder / "plastic"});
+    CHECK(summary(folder / "plastic")["steps"] == 5024);
+    run_well("colliding_disks", {"--method", "explicit", "--dt", "auto", "--history-every", "100", "--output", folder / "disks"});
+    CHECK(summary(folder / "disks")["steps"] == 6152);
+}
+
+TEST_CASE("the elastic bar without lateral contraction has the stress of (3.1.1), whatever the step") {
+    const scratch::Folder folder;
+    for (const Arguments& how : {Arguments{"--method", "explicit"},
+                                 {"--dt", "0.5", "--dt-start", "0.0048"},
+                                 {"--dt", "0.5"},
+                                 {"--form", "momentum", "--dt", "0.1"},
+                                 {"--method", "quasi-static", "--dt", "0.1"}}) {
+        run_well("elastic_bar", how + Arguments{"--poisson-ratio", "0", "--output", folder / "run"});
+        const nlohmann::json s = summary(folder / "run");
+        const double expected = 1000.0 * 1e-3 * s["simulated_time_s"].get<double>() / 0.3; // E v t/L
+        CHECK(s["final_mean_stress_xx_Pa"].get<double>() == doctest::Approx(expected).epsilon(0.01));
+        fs::remove_all(folder / "run");
+    }
+}
+
+TEST_CASE("the plastic bar under plane stress follows the uniaxial closed form while the strain is small") {
+    // sigma = Y + E H/(E + H) (eps - Y/E), on the deformed length: the grid's strain is logarithmic once particles move with it
+    const scratch::Folder folder;
+    run_well("plastic_bar", {"--geometry", "plane-stress", "--poisson-ratio", "0", "--dt", "0.1", "--duration", "9", "--output",
+                             folder / "run"});
+    const nlohmann::json s = summary(folder / "run");
+    const double strain = s["final_nominal_strain"].get<double>();
+    CHECK(s["final_mean_stress_xx_Pa"].get<double>() ==
+          doctest::Approx(6.0 + 1000.0 * 5000.0 / 6000.0 * (strain - 0.006)).epsilon(0.06));
+}
+
+TEST_CASE("upsetting: explicit and implicit runs press the billet alike; failing steps are repeated and counted") {
+    const scratch::Folder folder;
+    const Arguments scene = {"--duration", "3e-3", "--snapshots", "", "--history-every", "10"};
+    run_well("upsetting", scene + Arguments{"--method", "explicit", "--dt", "auto", "--history-every", "200", "--output",
+                                            folder / "explicit"});
+    run_well("upsetting", scene + Arguments{"--dt", "5e-5", "--output", folder / "implicit"});
+    const nlohmann::json a = summary(folder / "explicit"), b = summary(folder / "implicit");
+    for (const char* name : {"final_radius_m", "final_height_m"})
+        CHECK(b[name].get<double>() == doctest::Approx(a[name].get<double>()).epsilon(0.005));
+    CHECK(b["mean_load_of_last_3_percent_N"].get<double>() ==
+          doctest::Approx(a["mean_load_of_last_3_percent_N"].get<double>()).epsilon(0.03));
+    // a step of more than a cell is cut; a tolerance below round-off cannot be met by any step
+    run_well("upsetting", scene + Arguments{"--dt", "1e-2", "--output", folder / "long"});
+    CHECK(summary(folder / "long")["steps"].get<int>() >= 4);
+    const Outcome outcome = run("upsetting", scene + Arguments{"--newton-iterations", "8", "--newton-tolerance", "1e-300",
+                                                               "--output", folder / "hopeless"});
+    CHECK(outcome.status == 1);
+    CHECK(contains(outcome.errors, "failed even with dt = "));
+    CHECK(summary(folder / "hopeless")["status"] == "failed");
+    CHECK(summary(folder / "hopeless")["rejected_steps"].get<int>() > 20);
+}
+
+TEST_CASE("upsetting without friction is uniaxial compression: the load follows the hardening law on the spread section") {
+    const scratch::Folder folder;
+    run_well("upsetting", {"--frictionless", "--shape", "bspline", "--dt", "2e-5", "--duration", "4e-3", "--snapshots", "0",
+                           "--output", folder / "run"});
+    const nlohmann::json s = summary(folder / "run");
+    // logarithmic strain of the height, corrected for the elastic part; the volume of the billet stays but for the elastic change
+    const double strain = std::log(14.75e-3 / s["final_height_m"].get<double>()); // of the uppermost particles
+    const double sigma = (0.7e9 + 0.3e9 * strain) / (1.0 + 0.3 / 200.0);
+    const double section = std::numbers::pi * 10e-3 * 10e-3 * std::exp(strain);
+    CHECK(s["mean_load_of_last_3_percent_N"].get<double>() == doctest::Approx(sigma * section).epsilon(0.04));
+}
+
+TEST_CASE("the bar of Taylor's test and the vibrating one end where others found them") {
+    const scratch::Folder folder;
+    run_well("taylor_bar", {"--output", folder / "taylor"});
+    const nlohmann::json taylor = summary(folder / "taylor");
+    CHECK(taylor["final_length_m"].get<double>() == doctest::Approx(21.45e-3).epsilon(0.005)); // 21.42-21.47 mm in the literature
+    CHECK(taylor["final_foot_radius_m"].get<double>() == doctest::Approx(7.15e-3).epsilon(0.015)); // 7.1-7.24 mm
+    run_well("vibrating_bar", {"--duration", "30", "--output", folder / "vibrating"});
+    const nlohmann::json vibrating = summary(folder / "vibrating");
+    CHECK(vibrating["period_s"].get<double>() == doctest::Approx(10.0).epsilon(0.001));
+    CHECK(vibrating["largest_tip_displacement_m"].get<double>() == doctest::Approx(0.15915).epsilon(0.003));
+}
+
+TEST_CASE("wrong options end with status 2 and a message, and leave nothing behind") {
+    const scratch::Folder folder;
+    const fs::path output = folder / "out";
+    const auto refused = [&](const std::string& program, const Arguments& arguments, const std::string& message) {
+        const Outcome outcome = run(program, arguments + Arguments{"--output", output});
+        CAPTURE(program);
+        CAPTURE(arguments);
+        CAPTURE(outcome.errors);
+        CHECK(outcome.status == 2);
+        CHECK(outcome.errors.starts_with("error: "));
+        CHECK(contains(outcome.errors, message));
+        CHECK_FALSE(fs::exists(output));
+    };
+    refused("elastic_bar", {"--cell-size", "0.03"}, "--cell-size 0.03: the bar fills whole cells");
+    refused("upsetting", {"--cell-size", "3e-4"}, "--cell-size 0.0003: the billet fills whole cells");
+    refused("taylor_bar", {"--cell-size", "3e-4"}, "--cell-size 0.0003");
+    refused("vibrating_bar", {"--cell-size", "7"}, "--cell-size 7");
+    refused("colliding_disks", {"--cell-size", "0.3"}, "--cell-size 0.3");
+    refused("elastic_bar", {"--poisson-ratio", "0.5"}, "--poisson-ratio 0.5");
+    refused("elastic_bar", {"--dt", "soon"}, "--dt soon: it must be a finite number above 0; or auto");
+    refused("elastic_bar", {"--dt", "0.1", "--dt-start", "0.2"}, "the first step must not be longer than --dt");
+    refused("elastic_bar", {"--mu", "1.5"}, "--mu 1.5");
+    refused("elastic_bar", {"--linear-tolerance", "-1"}, "--linear-tolerance -1");
+    refused("plastic_bar", {"--solver", "newton-cg", "--form", "momentum"}, "conjugate gradients need the symmetric Jacobian");
+    refused("plastic_bar", {"--method", "quasi-static", "--form", "momentum"}, "the quasi-static method has no momentum");
+    refused("plastic_bar", {"--hardening", "-1"}, "--hardening -1");
+    refused("upsetting", {"--shape", "cubic"}, "--shape cubic: it must be one of linear, gimp, bspline");
+    refused("upsetting", {"--particles-per-side", "0"}, "--particles-per-side 0");
+    refused("elastic_bar", {"--restart", folder / "none.h5"}, "none.h5: there is no such file");
+}
+
+TEST_CASE("a checkpoint that does not fit is refused") {
+    const scratch::Folder folder;
+    run_well("elastic_bar", {"--dt", "0.5", "--output", folder / "run"});
+    const fs::path checkpoint = folder / "run/checkpoint.h5";
+    for (const auto& [arguments, message] :
+         {std::pair{Arguments{}, std::string("the checkpoint is at t = 10.5 s already")},
+          {Arguments{"--cell-size", "0.05", "--duration", "20"}, "the checkpoint has 36 particles, the scene 144"}}) {
+        const Outcome outcome = run("elastic_bar", Arguments{"--restart", checkpoint} + arguments);
+        CAPTURE(outcome.errors);
+        CHECK(outcome.status == 2);
+        CHECK(contains(outcome.errors, message));
+    }
+    CHECK(contains(run("plastic_bar", {"--restart", checkpoint}).errors, "written by elastic_bar"));
+}
+
+TEST_CASE("a restart of a restart gives the bits of the uninterrupted run, for every program") {
+    const auto compare = [](const std::string& program, const std::vector<std::string>& durations, const Arguments& how) {
+        CAPTURE(program);
+        CAPTURE(how);
+        const scratch::Folder folder;
+        run_well(program, how + Arguments{"--duration", durations[2], "--output", folder / "whole"});
+        run_well(program, how + Arguments{"--duration", durations[0], "--output", folder / "parts"});
+        for (std::size_t k : {1, 2})
+            run_well(program, {"--restart", folder / "parts/checkpoint.h5", "--duration", durations[k]});
+        CHECK(result_in(folder / "parts", program) == result_in(folder / "whole", program));
+        CHECK(result_in(folder / "parts", program).counters["step"] > 3);
+    };
+    const std::vector<std::string> bar{"3", "5", "8"};
+    for (const Arguments& how : {Arguments{"--method", "explicit"}, {"--dt", "0.5", "--dt-start", "0.01"}})
+        compare("elastic_bar", bar, how + Arguments{"--snapshots", "0,4,6"});
+    for (const Arguments& how :
+         {Arguments{}, {"--solver", "kinsol-gmres"}, {"--form", "momentum"}, {"--geometry", "plane-stress"}})
+        compare("plastic_bar", bar, how + Arguments{"--dt", "0.25", "--snapshots", "4"});
+    compare("colliding_disks", {"66", "69", "72"}, {"--dt", "0.5", "--snapshots", "70"});
+    compare("colliding_disks", {"66", "69", "72"},
+            {"--method", "explicit", "--dt", "auto", "--history-every", "7", "--snapshots", "70"});
+    compare("upsetting", {"6e-4", "1.2e-3", "2e-3"}, {"--dt", "1e-4", "--snapshots", "1e-3"});
+    compare("upsetting", {"6e-4", "1.2e-3", "2e-3"},
+            {"--dt", "3e-4", "--krylov-vectors", "8", "--preconditioner", "diagonal", "--snapshots", "1e-3"});
+    compare("vibrating_bar", {"3", "5", "8"}, {"--dt", "0.2"});
+    compare("taylor_bar", {"4e-6", "8e-6", "12e-6"}, {"--snapshots", "6e-6", "--history-every", "1"});
+}
+
+TEST_CASE("an interrupted run ends with status 130, and goes on as if it had never stopped") {
+    const scratch::Folder folder;
+    const Arguments scene = {"--dt", "1e-5", "--duration", "2e-3", "--snapshots", "1e-3"};
+    run_well("upsetting", scene + Arguments{"--output", folder / "whole"});
+    // A checkpoint at every step makes the run slow enough to be hit.
+    ChildProcess process(command("upsetting", scene + Arguments{"--output", folder / "parts", "--checkpoint-every", "1e-9"}));
+    for (int wait = 0; wait < 10'000 && !fs::exists(folder / "parts/checkpoint.h5"); ++wait)
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    process.signal(SIGINT);
+    REQUIRE(process.wait() == 130);
+    CHECK(summary(folder / "parts")["status"] == "interrupted");
+    CHECK(result_in(folder / "parts", "upsetting").counters["step"] < 200);
+    run_well("upsetting", {"--restart", folder / "parts/checkpoint.h5", "--checkpoint-every", "600"});
+    CHECK(result_in(folder / "parts", "upsetting") == result_in(folder / "whole", "upsetting"));
+}
+
+TEST_CASE("a full disk ends a run with status 1; what it had written is whole") {
+    for (const rlim_t bytes : {1'000, 20'000, 60'000}) {
+        CAPTURE(bytes);
+        const scratch::Folder folder;
+        const Outcome outcome = run("upsetting", {"--dt", "1e-4", "--output", folder / "run"}, bytes);
+        CAPTURE(outcome.errors);
+        CHECK(outcome.status == 1);
+        CHECK(contains(outcome.errors, (folder / "run").string()));
+        for (const char* file : {"fields.h5", "checkpoint.h5"})
+            if (fs::exists(folder / "run" / file))
+                CHECK_NOTHROW((void)Hdf5File::open(folder / "run" / file).members("/"));
+    }
+}
+
+TEST_SUITE_END();

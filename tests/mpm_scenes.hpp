@@ -1,0 +1,89 @@
+#pragma once
+#include <ductile/mpm/diagnostics.hpp>
+#include <ductile/mpm/discretisation.hpp>
+#include <ductile/mpm/scene.hpp>
+#include <ductile/mpm/state.hpp>
+
+#include <cmath>
+#include <doctest/doctest.h>
+#include <random>
+
+/// Small scenes that several suites of the material point method share.
+namespace mpm_scenes {
+
+using namespace ductile;
+using namespace ductile::mpm;
+
+inline const IsotropicElasticity rubber = elasticity_from_young(1000.0, 0.3);
+
+inline AnyStressLaw law_named(const std::string& name) {
+    if (name == "elastic")
+        return LinearElastic(rubber);
+    if (name == "von Mises")
+        return VonMises(rubber, {.yield_stress = 6.0, .modulus = 50.0});
+    if (name == "Perzyna")
+        return Viscoplastic<PerzynaModel>(
+            rubber, PerzynaModel({.yield_stress = 3.0, .hardening_modulus = 20.0, .reference_rate = 0.5}, si_units));
+    return DruckerPrager(rubber, {.cohesion = 6.0, .friction = 0.5, .dilatancy = 0.2, .hardening = 50.0});
+}
+
+/// A square block of 4 x 4 cells amid a grid of 8 x 8, from (0.2, 0.2) to (0.6, 0.6) m; in axisymmetry a ring.
+struct Block {
+    Scene scene;
+    State state;
+};
+inline Block block(ShapeFunction shape, Geometry geometry = Geometry::plane_strain, const std::string& law = "elastic",
+                   int particles_per_side = 2) {
+    Block b{
+        .scene = {.geometry = geometry, .grid = {8, 8, 0.8, 0.8, 0.0, 0.0, {}}, .shape = shape, .materials = {{law_named(law)}}},
+        .state = {}};
+    add_body(b.state.particles,
+             {.shape = rectangle(0.2, 0.2, 0.6, 0.6), .density = 10.0, .particles_per_side = particles_per_side}, b.scene.grid,
+             geometry);
+    return b;
+}
+
+/// Moves every particle a little, so that no weight is a round number.
+inline void shake(Particles& particles, double distance, unsigned seed = 3) {
+    std::mt19937 engine(seed);
+    std::uniform_real_distribution<double> uniform(-distance, distance);
+    for (std::size_t p = 0; p < particles.size(); ++p) {
+        particles.x[p] += uniform(engine);
+        particles.y[p] += uniform(engine);
+    }
+}
+
+/// Random stresses about as large as this; sigma_zz = 0 in plane stress.
+inline void stress_randomly(const Scene& scene, Particles& particles, double scale, unsigned seed = 4) {
+    std::mt19937 engine(seed);
+    std::uniform_real_distribution<double> uniform(-scale, scale);
+    for (std::size_t p = 0; p < particles.size(); ++p) {
+        particles.stress_xx[p] = uniform(engine);
+        particles.stress_yy[p] = uniform(engine);
+        particles.stress_zz[p] = scene.geometry == Geometry::plane_stress ? 0.0 : uniform(engine);
+        particles.stress_xy[p] = uniform(engine);
+    }
+}
+
+/// Largest component of the stress of any particle.
+inline double largest_stress(const Particles& particles) {
+    double largest = 0.0;
+    for (const auto* component : {&particles.stress_xx, &particles.stress_yy, &particles.stress_zz, &particles.stress_xy})
+        for (const double s : *component)
+            largest = std::abs(s) <= largest ? largest : std::abs(s); // NaN is kept
+    return largest;
+}
+
+inline const ShapeFunction all_shapes[] = {ShapeFunction::linear, ShapeFunction::gimp, ShapeFunction::bspline};
+inline const Geometry all_geometries[] = {Geometry::plane_strain, Geometry::plane_stress, Geometry::axisymmetric};
+
+inline std::vector<double> random_vector(std::size_t size, double scale, unsigned seed) {
+    std::mt19937 engine(seed);
+    std::uniform_real_distribution<double> uniform(-scale, scale);
+    std::vector<double> v(size);
+    for (double& x : v)
+        x = uniform(engine);
+    return v;
+}
+
+} // namespace mpm_scenes
