@@ -40,8 +40,6 @@ Integration::Integration(std::string who, FlagName flag_name, RightHandSide f, s
     N_VConst(0.0, state_.get());
 }
 
-std::span<double> view(N_Vector v) { return {N_VGetArrayPointer(v), static_cast<std::size_t>(N_VGetLength(v))}; }
-
 std::span<double> Integration::values() const { return view(state_.get()); }
 
 void Integration::begin(std::span<const double> y, double t0, double t1) const {

@@ -1,9 +1,7 @@
-#include <ductile/base/error.hpp>
+#include <ductile/sundials/handles.hpp>
 #include <ductile/sundials/kinsol.hpp>
 
 #include <kinsol/kinsol.h>
-#include <nvector/nvector_serial.h>
-#include <sundials/sundials_context.h>
 #include <sunlinsol/sunlinsol_pcg.h>
 #include <sunlinsol/sunlinsol_spbcgs.h>
 #include <sunlinsol/sunlinsol_spfgmr.h>
@@ -13,28 +11,13 @@
 #include <cmath>
 #include <exception>
 #include <fmt/format.h>
-#include <type_traits>
 #include <utility>
 
 namespace ductile::sundials {
 
 namespace {
 
-template <auto release> struct Deleter {
-    template <class T> void operator()(T* p) const { release(p); }
-};
-template <class Handle, auto release> using Owner = std::unique_ptr<std::remove_pointer_t<Handle>, Deleter<release>>;
-
-using Context = Owner<SUNContext, [](SUNContext c) { SUNContext_Free(&c); }>;
-using Vector = Owner<N_Vector, [](N_Vector v) { N_VDestroy(v); }>;
-using Linear = Owner<SUNLinearSolver, [](SUNLinearSolver s) { SUNLinSolFree(s); }>;
-using Solver = Owner<void*, [](void* memory) { KINFree(&memory); }>;
-
-template <class Handle> auto* made(Handle* handle, const char* what) {
-    if (handle == nullptr)
-        throw RunError(fmt::format("SUNDIALS could not create its {}: memory is short or its arguments are wrong", what));
-    return handle;
-}
+void free_solver(void* solver) { KINFree(&solver); }
 
 /// What KINSOL's flags mean to someone who wants a solution; its own names of some of them are missing.
 std::string explain(int flag) {
@@ -66,8 +49,6 @@ std::string explain(int flag) {
     }
 }
 
-std::span<double> values(N_Vector v) { return {N_VGetArrayPointer(v), static_cast<std::size_t>(N_VGetLength(v))}; }
-
 } // namespace
 
 class KinsolSolver::Memory {
@@ -78,7 +59,7 @@ public:
         if (SUNContext_Create(nullptr, &context) != 0)
             throw RunError("SUNDIALS could not create its context");
         context_.reset(context);
-        for (Vector* vector : {&u_, &u_scale_, &f_scale_})
+        for (auto* vector : {&u_, &u_scale_, &f_scale_})
             vector->reset(made(N_VNew_Serial(static_cast<sunindextype>(size), context), "vector"));
         N_VConst(1.0, f_scale_.get());
         solver_.reset(made(KINCreate(context), "nonlinear solver"));
@@ -131,13 +112,13 @@ public:
     KinsolResult solve(const KinsolSystem& system, std::span<double> u, double tolerance, double typical_u) {
         system_ = &system;
         linearised_ = false;
-        std::copy(u.begin(), u.end(), values(u_.get()).begin());
+        std::copy(u.begin(), u.end(), view(u_.get()).begin());
         N_VConst(1.0 / typical_u, u_scale_.get());
         call(KINSetFuncNormTol(solver_.get(), tolerance), "take the tolerance");
         const int flag = KINSol(solver_.get(), u_.get(), KIN_LINESEARCH, u_scale_.get(), f_scale_.get());
         if (exception_)
             std::rethrow_exception(std::exchange(exception_, nullptr));
-        const std::span<const double> end = values(u_.get());
+        const std::span<const double> end = view(u_.get());
         std::copy(end.begin(), end.end(), u.begin());
         KinsolResult result{.converged = flag == KIN_SUCCESS || flag == KIN_INITIAL_GUESS_OK, .counts = counts()};
         if (!result.converged) {
@@ -189,8 +170,8 @@ private:
 
     static int residual(N_Vector u, N_Vector f, void* self_pointer) {
         Memory& self = *static_cast<Memory*>(self_pointer);
-        const std::span<double> result = values(f);
-        const int flag = self.guarded([&] { self.system_->residual(values(u), result); });
+        const std::span<double> result = view(f);
+        const int flag = self.guarded([&] { self.system_->residual(view(u), result); });
         const bool finite = std::all_of(result.begin(), result.end(), [](double x) { return std::isfinite(x); });
         return flag != 0 ? flag : finite ? 0 : 1;
     }
@@ -198,30 +179,30 @@ private:
     static int set_up(N_Vector u, N_Vector, N_Vector, N_Vector, void* self_pointer) {
         Memory& self = *static_cast<Memory*>(self_pointer);
         self.linearised_ = true;
-        return self.guarded([&] { self.system_->linearise(values(u)); });
+        return self.guarded([&] { self.system_->linearise(view(u)); });
     }
 
     static int precondition(N_Vector, N_Vector, N_Vector, N_Vector, N_Vector z, void* self_pointer) {
         Memory& self = *static_cast<Memory*>(self_pointer);
-        return self.guarded([&] { self.system_->precondition(values(z)); });
+        return self.guarded([&] { self.system_->precondition(view(z)); });
     }
 
     static int times(N_Vector s, N_Vector js, N_Vector u, booleantype* new_u, void* self_pointer) {
         Memory& self = *static_cast<Memory*>(self_pointer);
         return self.guarded([&] {
             if (*new_u && !std::exchange(self.linearised_, false))
-                self.system_->linearise(values(u));
+                self.system_->linearise(view(u));
             *new_u = SUNFALSE;
-            self.system_->jacobian_times(values(s), values(js));
+            self.system_->jacobian_times(view(s), view(js));
         });
     }
 
     std::size_t size_;
     bool products_, preconditioned_;
-    Context context_; // first made, last destroyed
-    Vector u_, u_scale_, f_scale_;
-    Linear linear_;
-    Solver solver_;
+    Owner<SUNContext, free_context> context_; // first made, last destroyed
+    Owner<N_Vector, N_VDestroy> u_, u_scale_, f_scale_;
+    Owner<SUNLinearSolver, SUNLinSolFree> linear_;
+    Owner<void*, free_solver> solver_;
     const KinsolSystem* system_ = nullptr;
     bool linearised_ = false; // the preconditioner's set-up has done so at this iterate
     std::exception_ptr exception_;
