@@ -8,8 +8,9 @@ find_dependency(fmt)
 find_dependency(CLI11)
 find_dependency(nlohmann_json)
 find_dependency(Eigen3 3.4 NO_MODULE)
-find_dependency(SUNDIALS 6.4 COMPONENTS arkode cvode kinsol nvecserial sunlinsolpcg sunlinsolspbcgs
-  sunlinsolspfgmr sunlinsolspgmr)
+find_dependency(SUNDIALS 6.4 COMPONENTS
+  arkode cvode ida kinsol nvecserial sunmatrixdense sunlinsoldense sunlinsolpcg sunlinsolspbcgs sunlinsolspfgmr sunlinsolspgmr
+  sunnonlinsolfixedpoint)
 find_dependency(CHOLMOD MODULE)
 find_dependency(PkgConfig)
 pkg_check_modules(FFTW3 REQUIRED IMPORTED_TARGET fftw3)

@@ -2,9 +2,9 @@
 //
 // A square of Vitreloy 1, periodic in x, is sheared between two rigid walls at quasi-static rate. The effective temperature of
 // its shear transformation zones starts from a curved pattern; plastic flow heats it where it is soft already, and a band forms.
-// 128 x 128 cells to t = 1.4175 s (35e4 t_s) take a few seconds:
+// 128 x 128 cells to t = 1.4175 s (35e4 t_s) take less than a second:
 //
-//   ./ductile shear_band --cells 128 --step adaptive --output out/band
+//   ./ductile shear_band --cells 128 --output out/band
 #include <ductile/base/threads.hpp>
 #include <ductile/io/interrupt.hpp>
 #include <ductile/io/program.hpp>

@@ -135,8 +135,9 @@ inline std::unique_ptr<EquilibriumSolver> solver_for(const Scene& scene, Stiffne
 }
 
 /// With the pointwise tolerances of fixed steps, Sec. 8.1.
-inline ProjectionStepper stepper_for(const Scene& scene, Predictor predictor, const State& start, double factor = 1e-7) {
-    return ProjectionStepper(scene, predictor, {PointwiseTolerance::Scale::step, factor}, solver_for(scene), start);
+inline ProjectionStepper stepper_for(const Scene& scene, Predictor predictor, const State& start, double factor = 1e-7,
+                                     Transport transport = Transport::frozen) {
+    return ProjectionStepper(scene, predictor, {PointwiseTolerance::Scale::step, factor}, solver_for(scene), start, transport);
 }
 
 /// The pointwise tolerances of fixed steps, Sec. 8.1.

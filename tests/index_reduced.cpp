@@ -14,12 +14,17 @@ using namespace ductile::quasistatic;
 namespace {
 
 constexpr double mu = 37.4 / 0.85, U = 2e-7;
-constexpr Scheme schemes[] = {Scheme::ralston, Scheme::bogacki_shampine, Scheme::dormand_prince, Scheme::chebyshev};
+constexpr Scheme fused_schemes[] = {Scheme::ralston, Scheme::bogacki_shampine, Scheme::dormand_prince, Scheme::chebyshev};
 
 std::unique_ptr<TimeStepper> stepper_for(Scheme scheme, const Scene& scene, const State& start, const PassOptions& passes = {}) {
     if (scheme == Scheme::chebyshev)
         return make_runge_kutta_chebyshev(scene, fields::solver_for(scene), passes, start);
     return make_runge_kutta(scheme, scene, fields::solver_for(scene), passes, start);
+}
+
+std::unique_ptr<TimeStepper> sundials_for(Scheme scheme, const Scene& scene, const State& start, const SundialsOptions& options,
+                                          const PassOptions& passes = {.largest = 10, .tolerance = 1e-11}) {
+    return make_sundials(scheme, scene, fields::solver_for(scene), passes, options, start);
 }
 
 State at_rest(const Scene& scene) {
@@ -154,10 +159,11 @@ TEST_SUITE("index_reduced") {
 
     TEST_CASE_FIXTURE(fields::OneThread, "stress stays in equilibrium to round-off through yield and localisation") {
         const Scene scene = fields::scene_on({24, 18, 2.0, 2.0}, Model::full, {U, 0.0});
-        for (const Scheme scheme : schemes) {
+        for (const Scheme scheme : fused_schemes) {
             const auto stepper = stepper_for(scheme, scene, at_rest(scene));
             StepControl control(scene.grid, ErrorSteps{.tolerance = 1e-4, .order = 3});
             double worst = 0.0;
+            VectorField force(scene.grid);
             int rejected = 0;
             while (stepper->state().time < 3e5) {
                 const double now = stepper->state().time;
@@ -174,7 +180,7 @@ TEST_SUITE("index_reduced") {
                     continue;
                 }
                 stepper->accept();
-                worst = std::max(worst, equilibrium_residual(scene, stepper->state().cells));
+                worst = std::max(worst, equilibrium_residual(scene, stepper->state().cells, force));
             }
             CHECK(worst < 1e-12);
             CHECK(stepper->state().time == 3e5);
@@ -185,7 +191,7 @@ TEST_SUITE("index_reduced") {
 
     TEST_CASE_FIXTURE(fields::OneThread, "a rejected attempt leaves no trace") {
         const Scene scene = fields::scene_on({12, 9, 2.0, 2.0}, Model::full, {U, 0.0});
-        for (const Scheme scheme : schemes) {
+        for (const Scheme scheme : fused_schemes) {
             const auto plain = stepper_for(scheme, scene, flowing(scene)), disturbed = stepper_for(scheme, scene, flowing(scene));
             for (int n = 1; n <= 4; ++n) {
                 fields::advance(*plain, 100.0, 100.0 * n);
@@ -217,7 +223,7 @@ TEST_SUITE("index_reduced") {
         const double T = 3e4;
         scene.walls = WallHistory(
             {{0.0, {U, 0.5 * U}}, {T, {U, 0.5 * U}}, {T, {-U, -0.5 * U}}, {1.5 * T, {-U, -0.5 * U}}, {2.5 * T, {0.0, 0.0}}});
-        for (const Scheme scheme : schemes) {
+        for (const Scheme scheme : fused_schemes) {
             const auto stepper = stepper_for(scheme, scene, at_rest(scene));
             double time = 0.0;
             for (const double end : {0.6 * T, T, 1.2 * T, 1.5 * T, 2.0 * T, 2.5 * T, 3.0 * T}) {
@@ -244,9 +250,78 @@ TEST_SUITE("index_reduced") {
         set_thread_count(before);
     }
 
+    TEST_CASE_FIXTURE(fields::OneThread, "ARKODE takes the steps of the fused integrators, to round-off") {
+        for (const Model model : {Model::reduced, Model::full}) {
+            const Scene scene = fields::scene_on({14, 10, 2.0, 2.2}, model, {U, 0.2 * U});
+            const State start = flowing(scene);
+            const PassOptions passes{.largest = 14, .tolerance = 1e-15}; // or else the guess of v shows
+            for (const auto& [native, arkode] :
+                 {std::pair{Scheme::ralston, Scheme::arkode_2}, std::pair{Scheme::bogacki_shampine, Scheme::arkode_3},
+                  std::pair{Scheme::dormand_prince, Scheme::arkode_5}}) {
+                const State expected = run(native, scene, start, 4000.0, 40, passes);
+                const auto stepper = sundials_for(arkode, scene, start, {.fixed_steps = true}, passes);
+                for (int n = 1; n <= 40; ++n)
+                    fields::advance(*stepper, 100.0, n * 100.0);
+                CHECK(stepper->counts().inner_steps == 40);
+                const Distance d = distance(stepper->state(), expected);
+                CHECK(d.stress < 1e-12);
+                CHECK(d.internal < 1e-13);
+                CHECK(d.velocity < 1e-9);
+                CHECK(distance(expected, start).stress > 1e-2);
+            }
+        }
+    }
+
+    TEST_CASE_FIXTURE(fields::OneThread, "SUNDIALS with its own error control finds the solution of the fused integrators") {
+        const Scene scene = fields::scene_on({12, 10, 2.0, 2.0}, Model::reduced, {U, 0.0});
+        const State start = flowing(scene);
+        const State exact = run(Scheme::dormand_prince, scene, start, 8000.0, 400);
+        VectorField force(scene.grid);
+        for (const Scheme scheme :
+             {Scheme::arkode_3, Scheme::arkode_4, Scheme::arkode_5, Scheme::cvode_adams, Scheme::cvode_bdf, Scheme::ida}) {
+            double coarse = 0.0;
+            for (const double tolerance : {1e-4, 1e-7}) {
+                const auto stepper = sundials_for(scheme, scene, start, {.tolerance = tolerance});
+                for (const double end : {3000.0, 8000.0}) // it may be started again
+                    fields::advance(*stepper, end - stepper->state().time, end);
+                const Distance d = distance(stepper->state(), exact);
+                CAPTURE(description(scheme).name);
+                CAPTURE(tolerance);
+                CHECK(d.stress < 100.0 * tolerance);
+                CHECK(d.internal < 10.0 * tolerance);
+                CHECK(d.velocity < 100.0 * tolerance);
+                CHECK(equilibrium_residual(scene, stepper->state().cells, force) < 1e-13);
+                CHECK(stepper->counts().inner_steps > 5);
+                if (coarse > 0.0)
+                    CHECK((d.stress < 0.05 * coarse || d.stress < 1e-8));
+                coarse = d.stress;
+            }
+        }
+    }
+
+    TEST_CASE_FIXTURE(fields::OneThread, "multirate steps keep the stress in equilibrium and converge at third order") {
+        const Scene scene = fields::scene_on({8, 6, 2.0, 2.0}, Model::reduced, {U, 0.0});
+        const State start = flowing(scene);
+        const State exact = run(Scheme::dormand_prince, scene, start, 4000.0, 400);
+        VectorField force(scene.grid);
+        const auto error = [&](int steps) {
+            const auto stepper = sundials_for(Scheme::mri, scene, start, {.tolerance = 1e-12, .fixed_steps = true});
+            for (int n = 1; n <= steps; ++n)
+                fields::advance(*stepper, 4000.0 / steps, n * 4000.0 / steps);
+            CHECK(equilibrium_residual(scene, stepper->state().cells, force) < 1e-13);
+            CHECK(stepper->counts().pointwise_substeps > steps);
+            return distance(stepper->state(), exact);
+        };
+        const Distance coarse = error(5), fine = error(10);
+        CHECK(std::log2(coarse.stress / fine.stress) > 2.5);
+        CHECK(std::log2(coarse.internal / fine.internal) > 2.5);
+        CHECK(fine.stress < 1e-6);
+    }
+
     TEST_CASE("error control: PI steps, rejection, stability limit") {
         const Grid grid{8, 8, 2.0, 2.0};
-        StepControl control(grid, ErrorSteps{.tolerance = 1e-4, .order = 3, .first_step = 10.0});
+        StepControl control(grid, ErrorSteps{.tolerance = 1e-4, .order = 3});
+        control.start(10.0 / std::pow(1e-4, 1.0 / 3.0));
         auto step = control.next(0.0, 1e9);
         CHECK(step.dt == 10.0);
         CHECK(!control.judge(step, {.measure = 8e-4})); // E = 8: 0.9 * 8^(-1/3)
@@ -260,9 +335,13 @@ TEST_SUITE("index_reduced") {
         CHECK(control.judge(step, {.measure = 0.2e-4}));
         step = control.next(0.0, 1e9);
         CHECK(step.dt == doctest::Approx(before * 0.9 * std::pow(0.2, -0.7 / 3.0) * std::pow(0.5, 0.4 / 3.0)));
-        CHECK(control.judge(step, {.measure = 1e-9, .stable_step = 7.0}));
+        CHECK(control.judge(step, {.measure = 1e-9, .relaxation_step = 7.0}));
         CHECK(control.next(0.0, 1e9).dt == 7.0);
         CHECK(control.next(0.0, 1e9).limit == StepLimit::relaxation);
+        CHECK(control.judge(control.next(0.0, 1e9), {.measure = 1e-9, .relaxation_step = 9.0, .advection_step = 8.0}));
+        CHECK(control.next(0.0, 1e9).dt == 8.0);
+        CHECK(control.next(0.0, 1e9).limit == StepLimit::advection);
+        CHECK(control.judge(control.next(0.0, 1e9), {.measure = 1e-9, .relaxation_step = 7.0, .advection_step = 8.0}));
         CHECK(control.retry_shorter(control.next(0.0, 1e9)));
         CHECK(control.next(0.0, 1e9).dt == doctest::Approx(1.4));
         for (int n = 0; n < 20; ++n)

@@ -203,6 +203,9 @@ TEST_CASE("the summary says everything, in order") {
     summary.phase_seconds = {{"transfer", 1.5}, {"solve", 0.5}};
     summary.extra = {{"load_N", 3.5}, {"rejected_substeps", 0}};
     summary.peak_memory_bytes = peak_memory_bytes();
+    summary.processor_seconds = processor_seconds();
+    CHECK(summary.processor_seconds > 0.0);
+    CHECK(summary.processor_seconds < 3600.0);
     CHECK(summary.peak_memory_bytes > 1'000'000);
     write_summary(folder / "summary.json", summary);
     const auto json = nlohmann::ordered_json::parse(scratch::read(folder / "summary.json"));
@@ -210,9 +213,9 @@ TEST_CASE("the summary says everything, in order") {
     CHECK(json["reason"] == "step 7: not a number");
     CHECK(json["parameters"]["dt"] == 0.5);
     CHECK(json["phase_seconds"].begin().key() == "transfer");
-    for (const char* key :
-         {"program", "version", "steps", "rejected_steps", "elliptic_solves", "pointwise_substeps", "newton_iterations",
-          "linear_iterations", "residual_evaluations", "jacobian_products", "wall_seconds", "peak_memory_bytes"})
+    for (const char* key : {"program", "version", "steps", "rejected_steps", "elliptic_solves", "pointwise_substeps",
+                            "newton_iterations", "linear_iterations", "residual_evaluations", "jacobian_products", "wall_seconds",
+                            "processor_seconds", "peak_memory_bytes"})
         CHECK(json.contains(key));
     const std::string text = describe(summary, folder / "");
     CHECK(contains(text, "upsetting: failed\n"));

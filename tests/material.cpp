@@ -136,6 +136,39 @@ TEST_SUITE("material") {
         check_model(PerzynaModel{PerzynaParameters{}, Units{}});
     }
 
+    TEST_CASE("the smoothed yield corner: the sharp law far from it, flow below it, its slope a derivative") {
+        const StzModel sharp{StzParameters{}, Units{}};
+        const double w = 0.02;
+        const StzModel smooth{StzParameters{.corner_width = w}, Units{}};
+        CHECK(smooth.yield_stress(0.03) == 0.0);
+        for (const double chi : {0.031, 0.04}) {
+            for (const double sbar : {0.1, 0.5, 0.99, 1.0, 1.01, 1.3, 2.0}) {
+                // the textbook form, in long double against cancellation; the jumps against the stress count at low stress
+                const long double x = 1.0L - 1.0L / sbar, factor = 0.5L * (x + std::sqrt(x * x + w * w));
+                const long double above = 1.3L, sharp_factor = 1.0L - 1.0L / above,
+                                  exponent = 300e-30L * 0.3L * 0.85e9L / (1.3806488e-23L * 400.0L);
+                const long double flow = sharp.rates(1.3, chi).fluidity * above / sharp_factor * factor *
+                                         std::cosh(exponent * sbar) / std::cosh(exponent * above);
+                const PlasticRates<double> rates = smooth.rates(sbar, chi);
+                CHECK(rates.fluidity * sbar == doctest::Approx(static_cast<double>(flow)).epsilon(1e-10).scale(0.0));
+                CHECK(rates.fluidity > 0.0);
+                for (int lane = 0; lane < pack_size; ++lane) {
+                    CHECK(smooth.rates(Pack(sbar), Pack(chi)).fluidity[lane] ==
+                          doctest::Approx(rates.fluidity).epsilon(1e-12).scale(0.0));
+                }
+            }
+            for (const double sbar : {0.9, 0.99, 1.0, 1.01, 1.2}) {
+                const double d = 1e-5;
+                const auto flow = [&](double stress) { return smooth.rates(stress, chi).fluidity * stress; };
+                const double slope = (flow(sbar + d) - flow(sbar - d)) / (2.0 * d);
+                CHECK(smooth.flow_slope(sbar, chi) == doctest::Approx(slope).epsilon(1e-5).scale(0.0));
+            }
+            CHECK(smooth.rates(1.5, chi).fluidity / sharp.rates(1.5, chi).fluidity - 1.0 < 3.0 * w * w); // w^2/(4 x^2)
+            CHECK(smooth.rates(1e-150, chi).fluidity ==
+                  doctest::Approx(smooth.rates(1e-9, chi).fluidity).epsilon(1e-6).scale(0.0));
+        }
+    }
+
     TEST_CASE("lanes below yield stay still beside lanes that flow") {
         const StzModel model{StzParameters{}, Units{}};
         const Pack numbers = Pack::counting_from(0.0);
@@ -191,6 +224,8 @@ TEST_SUITE("material") {
         check_stz(&StzParameters::bath_temperature, "bath temperature T");
         check_stz(&StzParameters::steady_temperature, "chi_inf");
         check_stz(&StzParameters::formation_temperature, "e_Z/k_B");
+        for (const double bad : {-0.1, not_a_number, infinity})
+            CHECK(contains(message_of<InputError>([&] { check(StzParameters{.corner_width = bad}); }), "corner"));
 
         const auto check_perzyna = [](const PerzynaParameters& m, const char* name) {
             CHECK(contains(message_of<InputError>([&] { check(m); }), name));

@@ -237,7 +237,7 @@ TEST_SUITE("predictor") {
                         CellState next(grid);
                         VectorField force(grid);
                         const PredictorReport report =
-                            predict(scene, predictor, problem.cells, problem.velocity, dt, options, next, force);
+                            predict(scene, predictor, problem.cells, problem.cells, problem.velocity, dt, options, next, force);
                         CAPTURE(grid.cells_x);
                         CAPTURE(static_cast<int>(predictor));
                         CAPTURE(static_cast<int>(model));
@@ -280,7 +280,7 @@ TEST_SUITE("predictor") {
                 fields::wrap(now.internal);
                 const VectorField still(grid);
                 VectorField force(grid);
-                const PredictorReport report = predict(scene, predictor, now, still, dt, fields::pointwise(dt), next, force);
+                const PredictorReport report = predict(scene, predictor, now, now, still, dt, fields::pointwise(dt), next, force);
                 for (const Field* f : {&next.stress.p, &next.stress.s, &next.stress.tau, &next.stress.q})
                     CHECK(fields::largest(*f) == 0.0);
                 fields::check_uniform(next.internal, 0.03, 0.0);
@@ -298,14 +298,14 @@ TEST_SUITE("predictor") {
                     CellState expected(grid);
                     VectorField expected_force(grid);
                     set_thread_count(1);
-                    const Rk21Counts counts = predict(scene, predictor, problem.cells, problem.velocity, dt,
+                    const Rk21Counts counts = predict(scene, predictor, problem.cells, problem.cells, problem.velocity, dt,
                                                       fields::pointwise(dt, 1e-9), expected, expected_force)
                                                   .counts;
                     for (const int threads : {2, 3}) {
                         set_thread_count(threads);
                         CellState next(grid);
                         VectorField force(grid);
-                        const Rk21Counts others = predict(scene, predictor, problem.cells, problem.velocity, dt,
+                        const Rk21Counts others = predict(scene, predictor, problem.cells, problem.cells, problem.velocity, dt,
                                                           fields::pointwise(dt, 1e-9), next, force)
                                                       .counts;
                         for (std::size_t k = 0; k < 5; ++k)
@@ -336,7 +336,7 @@ TEST_SUITE("predictor") {
             const auto advance = [&](const CellState& cells) {
                 CellState now = cells, next(grid);
                 VectorField force(grid);
-                (void)predict(scene, predictor, now, problem.velocity, dt, fields::pointwise(dt, 1e-9), next, force);
+                (void)predict(scene, predictor, now, now, problem.velocity, dt, fields::pointwise(dt, 1e-9), next, force);
                 return next;
             };
             const CellState elastic = advance(problem.cells);
@@ -365,7 +365,8 @@ TEST_SUITE("predictor") {
             CellState next(grid);
             VectorField force(grid);
             CHECK(
-                predict(scene, predictor, problem.cells, problem.velocity, dt, fields::pointwise(dt), next, force).counts.failed);
+                predict(scene, predictor, problem.cells, problem.cells, problem.velocity, dt, fields::pointwise(dt), next, force)
+                    .counts.failed);
         }
     }
 }

@@ -1,5 +1,6 @@
 // The program shear_band as its users meet it: a process with options, files, messages and an exit status.
 #include "child_process.hpp"
+#include "messages.hpp"
 
 #include <ductile/io/checkpoint.hpp>
 #include <ductile/io/hdf5.hpp>
@@ -29,7 +30,9 @@ Arguments operator+(Arguments first, const Arguments& second) {
 }
 
 /// A run that goes well into the plastic flow in a few dozen steps.
-const Arguments quick = {"--cells", "16x12", "--dt", "0.02", "--threads", "1", "--snapshots", "0,0.5,1", "--duration", "1"};
+const Arguments fixed_steps = {"--step", "fixed", "--dt", "0.02"};
+const Arguments small = {"--cells", "16x12", "--threads", "1", "--snapshots", "0,0.5,1", "--duration", "1"};
+const Arguments quick = small + fixed_steps;
 
 Arguments command(const Arguments& arguments) { return Arguments{std::string(DUCTILE_PROGRAMS) + "/shear_band"} + arguments; }
 
@@ -115,7 +118,7 @@ TEST_CASE("wrong options end with status 2 and a message, and leave nothing behi
     refused({"--cells", "3"}, "at least 4 cells");
     refused({"--cells", "1000000"}, "GB of memory, this machine has");
     for (const char* dt : {"0", "-1", "nan", "inf", "soon"})
-        refused({"--dt", dt}, std::string("--dt ") + dt + ": it must be a finite number above 0; or auto");
+        refused({"--step", "fixed", "--dt", dt}, std::string("--dt ") + dt + ": it must be a finite number above 0; or auto");
     for (const char* option : {"--bulk-modulus", "--shear-modulus", "--yield-stress", "--width", "--height", "--tolerance",
                                "--duration", "--stz-bath-temperature", "--stz-steady-temperature", "--dt-max"})
         for (const char* value : {"0", "-1", "nan"})
@@ -123,8 +126,11 @@ TEST_CASE("wrong options end with status 2 and a message, and leave nothing behi
     refused({"--initial", "uniform", "--initial-base", "0"}, "the initial internal variable is 0 at cell (0, 0)");
     refused({"--initial-base", "-640"}, "it must be finite and at least 1; change --initial-base");
     refused({"--initial-amplitude", "-700"}, "--initial-amplitude");
-    refused({"--dt-min", "1", "--dt-max", "0.5", "--step", "adaptive"}, "--dt-min 1 exceeds --dt-max 0.5");
+    refused({"--dt-min", "1", "--dt-max", "0.5", "--scheme", "incremental"}, "--dt-min 1 exceeds --dt-max 0.5");
     refused({"--wall-history", "0:1,x"}, "--wall-history");
+    refused({"--dt", "0.01"}, "--dt 0.01: adaptive steps have no fixed length");
+    refused({"--scheme", "cvode-bdf", "--step", "fixed"}, "--step fixed");
+    refused({"--scheme", "mri", "--step", "adaptive"}, "--step adaptive");
     refused({"--scheme", "leapfrog"}, "--scheme leapfrog: it must be one of euler, substepped, incremental");
     refused({"--snapshots", "0,-1"}, "element '-1' is wrong");
     refused({"--threads", "0"}, "--threads 0");
@@ -219,8 +225,8 @@ TEST_CASE("a full disk ends a run with status 1; what it had written is whole") 
 
 TEST_CASE("a step that is not finite ends the run with step, time, advice, and finished files") {
     const scratch::Folder folder;
-    const Outcome outcome = run({"--cells", "16", "--scheme", "euler", "--dt", "0.3", "--duration", "100", "--snapshots", "0,0.3",
-                                 "--output", folder / "run"});
+    const Outcome outcome = run({"--cells", "16", "--scheme", "euler", "--step", "fixed", "--dt", "0.3", "--duration", "100",
+                                 "--snapshots", "0,0.3", "--output", folder / "run"});
     CAPTURE(outcome.errors);
     CHECK(outcome.status == 1);
     for (const char* part : {"error: step ", " at t = ", " s with dt = 0.3 s", "use a smaller --dt"})
@@ -232,10 +238,11 @@ TEST_CASE("a step that is not finite ends the run with step, time, advice, and f
 }
 
 TEST_CASE("an interrupted run ends with status 130, and goes on as if it had never stopped") {
-    const scratch::Folder folder;
-    const Arguments scene = {"--cells", "32x24", "--dt", "0.004", "--threads", "1", "--snapshots", "0.5,1", "--duration", "1"};
-    for (const Arguments& how : {Arguments{"--step", "fixed"}, Arguments{"--step", "adaptive"}}) {
-        const fs::path whole = folder / ("whole" + how.back()), parts = folder / ("parts" + how.back());
+    const Arguments scene = {"--cells", "32x24", "--threads", "1", "--snapshots", "0.5,1", "--duration", "1"};
+    for (const Arguments& how : {Arguments{"--step", "fixed", "--dt", "0.004", "--scheme", "incremental"},
+                                 Arguments{"--scheme", "incremental"}, Arguments{"--tolerance", "1e-8"}}) {
+        const scratch::Folder folder;
+        const fs::path whole = folder / "whole", parts = folder / "parts";
         run_well(scene + how + Arguments{"--output", whole});
         // A checkpoint at every step makes the run slow enough to be hit.
         ChildProcess process(command(scene + how + Arguments{"--output", parts, "--checkpoint-every", "1e-9"}));
@@ -257,7 +264,7 @@ TEST_CASE("a restart of a restart gives the bits of the uninterrupted run") {
     const auto compare = [](const Arguments& how) {
         CAPTURE(how);
         const scratch::Folder folder;
-        const Arguments scene = quick + how;
+        const Arguments scene = small + how;
         run_well(scene + Arguments{"--output", folder / "whole"});
         run_well(scene + Arguments{"--duration", "0.5", "--output", folder / "parts"});
         CHECK(result_in(folder / "parts").steps > 1);
@@ -275,16 +282,27 @@ TEST_CASE("a restart of a restart gives the bits of the uninterrupted run") {
                                               {"incremental", "fixed", "reduced"},
                                               {"incremental", "adaptive", "full"},
                                               {"incremental", "adaptive", "reduced"},
+                                              {"extrapolated", "fixed", "full"},
+                                              {"extrapolated", "adaptive", "full"},
                                               {"ralston", "adaptive", "full"},
                                               {"bogacki-shampine", "adaptive", "reduced"},
                                               {"dormand-prince", "adaptive", "full"},
                                               {"chebyshev", "adaptive", "full"},
-                                              {"chebyshev", "fixed", "full"}})
-        compare(stops + Arguments{"--scheme", scheme, "--step", step, "--model", model});
-    compare(stops + Arguments{"--equilibrium", "cholesky"});
-    compare(stops + Arguments{"--threads", "2"});
-    compare(stops + Arguments{"--threads", "2", "--equilibrium", "cholesky", "--step", "adaptive"});
+                                              {"chebyshev", "fixed", "full"},
+                                              {"arkode-2", "fixed", "full"},
+                                              {"arkode-3", "adaptive", "full"},
+                                              {"arkode-5", "fixed", "reduced"},
+                                              {"cvode-adams", "adaptive", "full"},
+                                              {"cvode-bdf", "adaptive", "full"},
+                                              {"ida", "adaptive", "full"},
+                                              {"mri", "fixed", "full"}})
+        compare(stops + Arguments{"--scheme", scheme, "--model", model} +
+                (step == std::string("fixed") ? fixed_steps : Arguments{"--step", step}));
+    compare(stops + fixed_steps + Arguments{"--equilibrium", "cholesky"});
+    compare(stops + fixed_steps + Arguments{"--threads", "2"});
+    compare(stops + Arguments{"--threads", "2", "--equilibrium", "cholesky"});
     compare(stops + Arguments{"--wall-history", "0:5e-4,0.6:5e-4,0.6:-5e-4"});
+    compare(stops + fixed_steps + Arguments{"--wall-history", "0:5e-4,0.6:5e-4,0.6:-5e-4"});
     compare(stops + Arguments{"--plasticity", "perzyna", "--initial", "uniform", "--initial-base", "0", "--history-every", "3"});
 }
 

@@ -1,6 +1,7 @@
 #include "fields.hpp"
 #include <doctest/doctest.h>
 #include <ductile/base/threads.hpp>
+#include <ductile/material/point_rates.hpp>
 #include <ductile/space/staggered.hpp>
 
 #include <random>
@@ -17,7 +18,7 @@ struct Gradient {
 Gradient gradient_at(const Grid& grid, const VectorField& w, int i, int j) {
     const int start = i / pack_size * pack_size, lane = i - start;
     const Corners u(w.u.row(j) + start, w.u.row(j + 1) + start), v(w.v.row(j) + start, w.v.row(j + 1) + start);
-    const VelocityGradient g = velocity_gradient(u, v, 0.5 / grid.dx(), 0.5 / grid.dy());
+    const VelocityGradient<Pack> g = velocity_gradient(u, v, 0.5 / grid.dx(), 0.5 / grid.dy());
     return {g.ux[lane], g.uy[lane], g.vx[lane], g.vy[lane]};
 }
 
@@ -105,7 +106,7 @@ TEST_SUITE("staggered") {
                                 lambda * delta(i, j) * delta(k, l) + mu * (delta(i, k) * delta(j, l) + delta(i, l) * delta(j, k));
                             stress[i][j] += C * 0.5 * (grad[k][l] + grad[l][k]);
                         }
-            const StressPack r = elastic_rate(c, {Pack(ux), Pack(uy), Pack(vx), Pack(vy)});
+            const StressComponents<Pack> r = elastic_rate(c, VelocityGradient<Pack>{Pack(ux), Pack(uy), Pack(vx), Pack(vy)});
             for (const int lane : {0, pack_size - 1}) {
                 const double p = r.p[lane], s = r.s[lane], tau = r.tau[lane], q = r.q[lane];
                 CHECK(std::abs(-p + s - q - stress[0][0]) < 1e-14);

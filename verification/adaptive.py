@@ -80,7 +80,7 @@ def definitions(folder):
     h = 2 / now.cells
     dx = 0.5 / h * (phi[:, 1:, 1:] - phi[:, 1:, :-1] + phi[:, :-1, 1:] - phi[:, :-1, :-1])
     dy = 0.5 / h * (phi[:, 1:, 1:] - phi[:, :-1, 1:] + phi[:, 1:, :-1] - phi[:, :-1, :-1])
-    program = common.history(folder)["projection_measure"][-1]
+    program = common.history(folder)["step_measure"][-1]
     rows = []
     for name, unit in (("s_Y", YIELD), ("mu", SHEAR)):
         bulk, shear = BULK / unit, SHEAR / unit
@@ -97,7 +97,7 @@ def series(folder):
     table = common.history(folder)
     keep = table["dt_s"] > 0
     return tuple(table[name][keep] / unit for name, unit in (("time_s", common.TIME), ("dt_s", common.TIME),
-                                                             ("projection_measure", 1.0)))
+                                                             ("step_measure", 1.0)))
 
 
 def statistics(folder, cells, meaning, fine):

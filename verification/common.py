@@ -100,15 +100,16 @@ def stopped_with(folder, wanted):
         return False
 
 
-def run(program, folder, options, threads=1):
-    """Runs shear_band into `folder`: not at all if it has been run, from the checkpoint if it was stopped. Returns `folder`."""
+def run(program, folder, options, threads=1, timed=False):
+    """Runs shear_band into `folder`: not at all if it has been run, from the checkpoint if it was stopped (but not if it is timed).
+    Returns `folder`."""
     printed = subprocess.run(command(program, options) + ["--print-config"], check=True, capture_output=True, text=True)
     wanted = decisive(tomllib.loads(printed.stdout))
     done = summary(folder)
     if done and done["status"] == "completed" and decisive(done["parameters"]) == wanted:
         return folder
     common = {"threads": threads, "quiet": "true", "checkpoint-every": 120}
-    if stopped_with(folder, wanted):
+    if not timed and stopped_with(folder, wanted):
         started = command(program, {"restart": folder / "checkpoint.h5", **common})
     else:
         started = command(program, {**options, "output": folder, **common})
@@ -117,11 +118,11 @@ def run(program, folder, options, threads=1):
     return folder
 
 
-def run_all(program, work, runs, jobs):
+def run_all(program, work, runs, jobs, timed=False):
     """Runs {name: options} into work/name, the largest grids first, and returns {name: folder}."""
     names = sorted(runs, key=lambda name: -int(runs[name]["cells"]))
     with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
-        return dict(zip(names, pool.map(lambda name: run(program, work / name, runs[name]), names)))
+        return dict(zip(names, pool.map(lambda name: run(program, work / name, runs[name], timed=timed), names)))
 
 
 def history(folder):

@@ -22,6 +22,7 @@ public:
 
     [[nodiscard]] std::filesystem::path summary() const { return path_ / "summary.json"; }
     [[nodiscard]] std::filesystem::path history() const { return path_ / "history.csv"; }
+    [[nodiscard]] std::filesystem::path work_precision() const { return path_ / "work_precision.csv"; }
     [[nodiscard]] std::filesystem::path fields() const { return path_ / "fields.h5"; }
     [[nodiscard]] std::filesystem::path checkpoint() const { return path_ / "checkpoint.h5"; }
 

@@ -33,8 +33,9 @@ std::string read_whole(const std::filesystem::path& path) {
 
 } // namespace
 
-Program::Program(std::string name, std::string description)
-    : name_(std::move(name)), description_(std::move(description)), app_(std::make_unique<CLI::App>(description_, name_)) {
+Program::Program(std::string name, std::string description, Checkpoints checkpoints)
+    : name_(std::move(name)), description_(std::move(description)), checkpoints_(checkpoints),
+      app_(std::make_unique<CLI::App>(description_, name_)) {
     common_.output = std::filesystem::path("out") / name_;
     common_.threads = thread_count();
     app_->set_help_flag(); // declared last, with the other general options
@@ -147,11 +148,16 @@ void Program::choose(const std::string& flag, const std::vector<std::string>& wo
 }
 
 void Program::declare_common() {
-    option("--output", common_.output, {general, "folder for the files of the run; a continued run stays in the checkpoint's"});
+    const bool checkpoints = checkpoints_ == Checkpoints::written;
+    option("--output", common_.output,
+           {general,
+            std::string("folder for the files of the run") + (checkpoints ? "; a continued run stays in the checkpoint's" : "")});
     option("--threads", common_.threads, {general, "number of threads", "", between(1, 4096)});
     option("--quiet", common_.quiet, {general, "print errors only"});
-    option("--restart", common_.restart, {general, "checkpoint.h5 of an earlier run to go on from, with its options"});
-    option("--checkpoint-every", common_.checkpoint_every_s, {general, "wall time between two checkpoints", "s", positive});
+    if (checkpoints) {
+        option("--restart", common_.restart, {general, "checkpoint.h5 of an earlier run to go on from, with its options"});
+        option("--checkpoint-every", common_.checkpoint_every_s, {general, "wall time between two checkpoints", "s", positive});
+    }
     const auto set_config = [this](const CLI::results_t& results) {
         config_file_ = results.back();
         return true;

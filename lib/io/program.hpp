@@ -10,7 +10,6 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
-#include <initializer_list>
 #include <memory>
 #include <optional>
 #include <string>
@@ -48,7 +47,10 @@ struct CommonOptions {
 /// declared). Every option `--a-name` has the TOML key `a-name`. No option is ever required; check combinations after parse().
 class Program {
 public:
-    Program(std::string name, std::string description);
+    /// Whether the runs of a program write checkpoints and go on from them; if not, it has no options about them.
+    enum class Checkpoints { written, none };
+
+    Program(std::string name, std::string description, Checkpoints checkpoints = Checkpoints::written);
     ~Program();
     Program(const Program&) = delete;
     Program& operator=(const Program&) = delete;
@@ -66,7 +68,7 @@ public:
     void choice(const std::string& flag, std::string& value, const std::vector<std::string>& words, const OptionHelp& help);
     /// One of a few words that stand for values of an enumeration.
     template <class Enum>
-    void choice(const std::string& flag, Enum& value, std::initializer_list<std::pair<std::string, Enum>> words,
+    void choice(const std::string& flag, Enum& value, const std::vector<std::pair<std::string, Enum>>& table,
                 const OptionHelp& help);
 
     /// Reads all options. Returns false when --help, --version or --print-config was asked for and answered.
@@ -111,6 +113,7 @@ private:
     void apply_restart();
 
     std::string name_, description_;
+    Checkpoints checkpoints_;
     CommonOptions common_;
     std::filesystem::path config_file_;
     std::unique_ptr<CLI::App> app_;
@@ -118,9 +121,8 @@ private:
 };
 
 template <class Enum>
-void Program::choice(const std::string& flag, Enum& value, std::initializer_list<std::pair<std::string, Enum>> words,
+void Program::choice(const std::string& flag, Enum& value, const std::vector<std::pair<std::string, Enum>>& table,
                      const OptionHelp& help) {
-    const std::vector<std::pair<std::string, Enum>> table = words;
     std::vector<std::string> names;
     for (const auto& entry : table)
         names.push_back(entry.first);

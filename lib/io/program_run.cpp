@@ -73,6 +73,7 @@ int Program::run(const std::function<RunStatus(const OutputFolder&, RunSummary&)
     const auto start = std::chrono::steady_clock::now();
     const auto write = [&] {
         summary.wall_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+        summary.processor_seconds = processor_seconds();
         summary.peak_memory_bytes = peak_memory_bytes();
         write_summary(folder.summary(), summary);
     };

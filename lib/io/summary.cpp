@@ -39,7 +39,7 @@ Counts counts(const RunSummary& summary) {
 
 std::string files_in(const std::filesystem::path& folder) {
     std::string found;
-    for (const char* file : {"summary.json", "history.csv", "fields.h5", "fields.xdmf", "checkpoint.h5"})
+    for (const char* file : {"summary.json", "history.csv", "work_precision.csv", "fields.h5", "fields.xdmf", "checkpoint.h5"})
         if (std::filesystem::exists(folder / file))
             found += (found.empty() ? "" : ", ") + std::string(file);
     return fmt::format("{} ({})", folder.string(), found);
@@ -71,6 +71,7 @@ nlohmann::ordered_json to_json(const RunSummary& summary) {
     for (const auto& [key, count] : counts(summary))
         json[key] = count;
     json["wall_seconds"] = summary.wall_seconds;
+    json["processor_seconds"] = summary.processor_seconds;
     json["phase_seconds"] = nlohmann::ordered_json::object();
     for (const auto& [phase, seconds] : summary.phase_seconds)
         json["phase_seconds"][phase] = seconds;
@@ -100,6 +101,13 @@ std::string describe(const RunSummary& summary, const std::filesystem::path& fol
     lines.emplace_back("peak memory", human_bytes(static_cast<double>(summary.peak_memory_bytes)));
     lines.emplace_back("files", files_in(folder));
     return aligned_lines(fmt::format("{}: {}", summary.program, name(summary.status)), lines);
+}
+
+double processor_seconds() {
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    const auto seconds = [](const timeval& t) { return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec); };
+    return seconds(usage.ru_utime) + seconds(usage.ru_stime);
 }
 
 std::int64_t peak_memory_bytes() {

@@ -27,6 +27,7 @@ struct RunSummary {
     std::int64_t residual_evaluations = 0;
     std::int64_t jacobian_products = 0;
     double wall_seconds = 0.0;
+    double processor_seconds = 0.0;                                 ///< of all threads, from the start of the process
     std::vector<std::pair<std::string, double>> phase_seconds = {}; ///< in the order of printing
     std::int64_t peak_memory_bytes = 0;
     nlohmann::ordered_json extra = nlohmann::ordered_json::object(); ///< what only this scene knows; keys carry units
@@ -39,6 +40,8 @@ void write_summary(const std::filesystem::path& path, const RunSummary& summary)
 /// The lines for the end of a run: what it did, where its time went, which files are in the folder.
 [[nodiscard]] std::string describe(const RunSummary& summary, const std::filesystem::path& folder);
 
+/// The time that processors have spent on this process so far, all threads together.
+[[nodiscard]] double processor_seconds();
 /// The largest memory this process has held so far.
 [[nodiscard]] std::int64_t peak_memory_bytes();
 

@@ -25,17 +25,20 @@ void check(const StzParameters& parameters) {
     for (const auto& [name, value] : values)
         if (!(value > 0.0 && std::isfinite(value)))
             throw InputError(fmt::format("STZ model: {} = {}: it must be positive and finite", name, value));
+    if (!(parameters.corner_width >= 0.0 && std::isfinite(parameters.corner_width)))
+        throw InputError(fmt::format("STZ model: width of the yield corner = {}: it must be zero or positive, and finite",
+                                     parameters.corner_width));
 }
 
 StzModel::StzModel(const StzParameters& parameters, const Units& units)
-    : yield_stress_(parameters.yield_stress / units.stress),
+    : yield_stress_(parameters.yield_stress / units.stress), corner_width_(parameters.corner_width),
       activation_(parameters.activation_volume * parameters.local_strain * units.stress /
                   (boltzmann * parameters.bath_temperature)),
       log_half_attempt_rate_(std::log(0.5 * units.time / parameters.molecular_time) -
                              parameters.activation_barrier / parameters.bath_temperature),
       formation_(parameters.formation_temperature / units.temperature),
       steady_(parameters.steady_temperature / units.temperature), heating_(2.0 / (parameters.heat_capacity * yield_stress_)),
-      backward_jumps_(std::exp(-2.0 * activation_ * yield_stress_) >= 1e-11) {
+      backward_jumps_(corner_width_ > 0.0 || std::exp(-2.0 * activation_ * yield_stress_) >= 1e-11) {
     check(parameters);
 }
 

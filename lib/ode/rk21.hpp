@@ -19,6 +19,12 @@ struct Rk21Options {
     int exact_components = 0;
 };
 
+/// What the error of a substep is compared with.
+enum class Rk21Scale {
+    both_ends, ///< s_i = A + R max(|y0_i|, |yhat1_i|), (B.1)
+    start,     ///< s_i = A + R |y0_i|: the error weights of SUNDIALS
+};
+
 struct Rk21Counts {
     long long accepted = 0; ///< substeps, summed over points
     long long rejected = 0;
@@ -44,6 +50,9 @@ template <class V, std::size_t n>
     return select(product[n - 1] < V(std::numeric_limits<double>::max()), sum, V(std::numeric_limits<double>::infinity()));
 }
 
+/// Stands for an observer where there is none.
+struct Unobserved {};
+
 } // namespace detail
 
 /// Integrates dy/dt = f(y) over `duration` with the RK2(1) first-same-as-last pair of Table A.4 (Ralston's method):
@@ -56,10 +65,13 @@ template <class V, std::size_t n>
 /// V is double (one point) or Pack (a batch): every lane has its own substeps, masks keep finished lanes still, so the result of
 /// a point does not depend on its neighbours. `active` marks the lanes to integrate; others keep their state and count nothing.
 /// `f` maps the state of all lanes to its rate. On failure the state is unusable and `failed` is set.
-template <class V, std::size_t n, class Rhs>
+/// `observe(accepted, h, y)`, if given, is called after every attempt with the lanes that took the substep, its size, and the
+/// state.
+template <Rk21Scale scale_by = Rk21Scale::both_ends, class V, std::size_t n, class Rhs, class Observer = detail::Unobserved>
 requires std::invocable < Rhs, const std::array<V, n>
 & > [[gnu::DUCTILE_ALWAYS_INLINE]] inline void integrate_rk21(Rhs&& f, std::array<V, n>& y, Mask<V> active, double duration,
-                                                              const Rk21Options& options, Rk21Counts& counts) {
+                                                              const Rk21Options& options, Rk21Counts& counts,
+                                                              const Observer& observe = {}) {
     using State = std::array<V, n>;
     const V mean_weight(1.0 / static_cast<double>(n + static_cast<std::size_t>(options.exact_components)));
     V left(duration);
@@ -82,8 +94,10 @@ requires std::invocable < Rhs, const std::array<V, n>
         State error, scale;
         for (std::size_t i = 0; i < n; ++i) {
             error[i] = h * (V(1.0 / 12.0) * k1[i] - V(5.0 / 12.0) * k2[i] + V(1.0 / 3.0) * k3[i]);
-            scale[i] =
-                V(options.absolute_tolerance) + V(options.relative_tolerance) * maximum(magnitude(y[i]), magnitude(trial[i]));
+            V size = magnitude(y[i]);
+            if constexpr (scale_by == Rk21Scale::both_ends)
+                size = maximum(size, magnitude(trial[i]));
+            scale[i] = V(options.absolute_tolerance) + V(options.relative_tolerance) * size;
         }
         V error_square = detail::sum_of_squared_ratios(error, scale);
         error_square = error_square * mean_weight;
@@ -93,6 +107,8 @@ requires std::invocable < Rhs, const std::array<V, n>
             y[i] = select(accepted, trial[i], y[i]);
             k1[i] = select(accepted, k3[i], k1[i]);
         }
+        if constexpr (!std::same_as<Observer, detail::Unobserved>)
+            observe(accepted, h, y);
         counts.accepted += count_of(accepted);
         const Mask<V> rejected = active && !accepted;
         active = active && !(accepted && last);

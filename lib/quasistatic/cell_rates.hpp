@@ -1,4 +1,5 @@
 #pragma once
+#include <ductile/material/point_rates.hpp>
 #include <ductile/quasistatic/scene.hpp>
 #include <ductile/space/staggered.hpp>
 #include <ductile/space/transport.hpp>
@@ -9,36 +10,10 @@
 namespace ductile::quasistatic {
 inline namespace DUCTILE_VECTOR_ABI {
 
-using PointState = std::array<Pack, 4>; // s, tau, q, internal; p only follows its source
-
-/// sbar^2 = s^2 + tau^2 + 3 q^2.
-[[nodiscard, gnu::DUCTILE_ALWAYS_INLINE]] inline Pack deviatoric_square(const PointState& y) {
-    return y[0] * y[0] + y[1] * y[1] + Pack(3.0) * (y[2] * y[2]);
-}
-
-/// sbar, kept away from zero so that its reciprocal exists at points without stress.
-[[nodiscard, gnu::DUCTILE_ALWAYS_INLINE]] inline Pack deviatoric_magnitude(const PointState& y) {
-    return maximum(square_root(deviatoric_square(y)), Pack(1e-150));
-}
-
-/// Rate of (s, tau, q, internal): frozen sources minus the plastic relaxation -C : D^pl = -2 mu (D^pl/sbar) sigma_0, Eq. (20).
-template <class M> struct PointRate {
-    const M& model;
-    const Pack two_mu;
-    const PointState source;
-
-    [[nodiscard, gnu::DUCTILE_ALWAYS_INLINE]] PointState operator()(const PointState& y) const {
-        const auto rates = model.rates(deviatoric_magnitude(y), y[3]);
-        const Pack relaxation = two_mu * rates.fluidity;
-        return {source[0] - relaxation * y[0], source[1] - relaxation * y[1], source[2] - relaxation * y[2],
-                source[3] + rates.internal};
-    }
-};
-
 /// Sources at a batch of cells that do not depend on the plastic flow.
 struct CellSources {
     Pack p{0.0};
-    PointState point{Pack(0.0), Pack(0.0), Pack(0.0), Pack(0.0)};
+    FlowState<Pack> point{Pack(0.0), Pack(0.0), Pack(0.0), Pack(0.0)};
 };
 
 /// Elastic rate C : D(v) (if `elastic`) and spin minus advection by v (if `transported`) at the cells i, i + 1, ... of row j.
@@ -51,9 +26,9 @@ template <bool elastic, bool transported>
         const double half_inverse_dx = 0.5 / scene.grid.dx(), half_inverse_dy = 0.5 / scene.grid.dy();
         const Corners u(velocity.u.row(j) + i, velocity.u.row(j + 1) + i);
         const Corners v(velocity.v.row(j) + i, velocity.v.row(j + 1) + i);
-        const VelocityGradient gradient = velocity_gradient(u, v, half_inverse_dx, half_inverse_dy);
+        const VelocityGradient<Pack> gradient = velocity_gradient(u, v, half_inverse_dx, half_inverse_dy);
         if constexpr (elastic) {
-            const StressPack rate = elastic_rate(scene.elasticity, gradient);
+            const StressComponents<Pack> rate = elastic_rate(scene.elasticity, gradient);
             sources.p = rate.p;
             sources.point = {rate.s, rate.tau, rate.q, Pack(0.0)};
         }

@@ -1,3 +1,4 @@
+#include <ductile/material/point_rates.hpp>
 #include <ductile/quasistatic/combination.hpp>
 
 #include <array>
@@ -43,7 +44,8 @@ TermRows rows_of(std::span<const Term> terms, int j) {
                                                                                     const VectorField& velocity, int i, int j) {
     const Corners u(velocity.u.row(j) + i, velocity.u.row(j + 1) + i);
     const Corners v(velocity.v.row(j) + i, velocity.v.row(j + 1) + i);
-    const StressPack rate = elastic_rate(scene.elasticity, velocity_gradient(u, v, 0.5 / scene.grid.dx(), 0.5 / scene.grid.dy()));
+    const StressComponents<Pack> rate =
+        elastic_rate(scene.elasticity, velocity_gradient(u, v, 0.5 / scene.grid.dx(), 0.5 / scene.grid.dy()));
     return {rate.p, rate.s, rate.tau, rate.q, Pack(0.0)};
 }
 

@@ -27,6 +27,12 @@ void IndexReducedStepper::provide_start_rate() {
     started_ = true;
 }
 
+double IndexReducedStepper::time_scale() {
+    provide_start_rate();
+    const CombinationNorm rate = norm(scene_, std::array{Term{&rate_, 1.0}});
+    return 1.0 / std::max(rate.stress, rate.internal / internal_scale_);
+}
+
 double IndexReducedStepper::limit_step(double dt) {
     provide_start_rate();
     constexpr double touching = 1.0 - 1e-9;
@@ -46,6 +52,13 @@ double IndexReducedStepper::limit_step(double dt) {
 }
 
 StepAttempt IndexReducedStepper::attempt(double dt, double end) {
+    const Timer timer;
+    const StepAttempt result = attempt_step(dt, end);
+    attempt_seconds_ += timer.seconds();
+    return result;
+}
+
+StepAttempt IndexReducedStepper::attempt_step(double dt, double end) {
     provide_start_rate();
 
     step_begin_ = state_.time;
@@ -64,35 +77,32 @@ StepAttempt IndexReducedStepper::attempt(double dt, double end) {
             fmt::format("step {} at t = {:.6g} s with dt = {:.3g} s: the error estimate is not finite. The step is too large for "
                         "this scene: use a smaller --dt or --tolerance",
                         state_.step + 1, state_.time * scene_.units.time, dt * scene_.units.time));
-    return {.measure = measure, .stable_step = stable_step(next_relaxation_)};
+    return {.measure = measure,
+            .relaxation_step = relaxation_step(latest_.largest_relaxation),
+            .advection_step = courant_number() / latest_.courant_rate};
 }
 
 void IndexReducedStepper::evaluate(CellState& cells, double fraction, CellState& rate) {
     VectorField& velocity = stage_velocity_[static_cast<std::size_t>(stage_)];
     stage_ = (stage_ + 1) % static_cast<int>(stage_velocity_.size());
+    std::erase_if(sequence_, [&](const TimedVelocity& earlier) { return earlier.velocity == &velocity; });
     guess_velocity(fraction, velocity);
-    const double time = fraction < 1.0 ? step_begin_ + fraction * step_length_ : step_end_;
-    next_relaxation_ = lines_.evaluate(cells, scene_.walls.before(time), velocity, rate).largest_relaxation;
-    if (sequence_.back().fraction >= fraction) // two stages at one time: the later one replaces the earlier
+    latest_ = lines_.evaluate(cells, wall_velocity(fraction), velocity, rate);
+    // what is as late or later, of two stages at one time or of a trial that an integrator gave up, is replaced
+    while (sequence_.back().fraction >= fraction && sequence_.size() > 1)
         sequence_.pop_back();
     sequence_.push_back({fraction, &velocity});
+}
+
+WallVelocity IndexReducedStepper::wall_velocity(double fraction) const {
+    return scene_.walls.before(fraction < 1.0 ? step_begin_ + fraction * step_length_ : step_end_);
 }
 
 void IndexReducedStepper::guess_velocity(double fraction, VectorField& guess) const {
     const TimedVelocity& last = sequence_.back();
     const TimedVelocity& previous = sequence_.size() > 1 ? sequence_[sequence_.size() - 2] : last;
     const double weight = sequence_.size() > 1 ? (fraction - last.fraction) / (last.fraction - previous.fraction) : 0.0;
-    const auto extrapolate = [&](const Field& a, const Field& b, Field& target) {
-#pragma omp parallel for schedule(static)
-        for (int j = 0; j < target.rows(); ++j) {
-            const double *newer = b.row(j), *older = a.row(j);
-            double* row = target.row(j);
-            for (int i = -2; i < target.padded_columns() + 3; ++i)
-                row[i] = newer[i] + weight * (newer[i] - older[i]);
-        }
-    };
-    extrapolate(previous.velocity->u, last.velocity->u, guess.u);
-    extrapolate(previous.velocity->v, last.velocity->v, guess.v);
+    extrapolate(*previous.velocity, *last.velocity, weight, guess);
 }
 
 void IndexReducedStepper::accept() {
@@ -100,7 +110,7 @@ void IndexReducedStepper::accept() {
     std::swap(rate_, next_rate_);
     std::swap(earlier_velocity_, state_.velocity);
     std::swap(state_.velocity, *sequence_.back().velocity);
-    relaxation_ = next_relaxation_;
+    relaxation_ = latest_.largest_relaxation;
     rate_wall_ = scene_.walls.before(step_end_);
     earlier_step_ = step_length_;
     state_.time = step_end_;
@@ -117,7 +127,8 @@ StepperCounts IndexReducedStepper::counts() const {
 }
 
 PhaseSeconds IndexReducedStepper::phase_seconds() const {
-    return {{"rates", lines_.rate_seconds()}, {"elliptic solve", lines_.solve_seconds()}};
+    const double rates = lines_.rate_seconds(), solves = lines_.solve_seconds();
+    return {{"rates", rates}, {"elliptic solve", solves}, {"combination", std::max(attempt_seconds_ - rates - solves, 0.0)}};
 }
 
 std::size_t IndexReducedStepper::memory_bytes() const {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <omp.h>
 #include <utility>
 
@@ -17,14 +18,14 @@ template <bool transported, class M>
 [[gnu::DUCTILE_ALWAYS_INLINE]] inline Pack rate_at(const Scene& scene, const M& model, const CellState& cells,
                                                    const VectorField& velocity, int i, int j, CellState& rate) {
     const auto [p_source, source] = cell_sources<false, transported>(scene, cells, velocity, i, j);
-    const PointState y{load(cells.stress.s.row(j) + i), load(cells.stress.tau.row(j) + i), load(cells.stress.q.row(j) + i),
-                       load(cells.internal.row(j) + i)};
+    const FlowState<Pack> y{load(cells.stress.s.row(j) + i), load(cells.stress.tau.row(j) + i), load(cells.stress.q.row(j) + i),
+                            load(cells.internal.row(j) + i)};
     const Pack two_mu(2.0 * scene.elasticity.shear_modulus);
-    PointState slope = source;
+    FlowState<Pack> slope = source;
     Pack relaxation(0.0);
     const Pack sbar = deviatoric_magnitude(y);
     if (any_of(!(sbar < model.yield_stress(y[3])))) { // not a number counts as plastic and is found out later
-        slope = PointRate<M>{model, two_mu, source}(y);
+        slope = FlowRate<M, Pack>{model, two_mu, source}(y);
         relaxation = two_mu * model.flow_slope(sbar, y[3]);
     }
     store(p_source, rate.stress.p.row(j) + i);
@@ -60,28 +61,41 @@ double sweep(const Scene& scene, const M& model, const CellState& cells, const V
     return largest;
 }
 
-/// Adds the affine motion of the walls to a velocity that vanishes there; returns the largest difference to `guess`.
-double add_walls_and_compare(const Grid& grid, const WallVelocity& wall, const VectorField& guess, VectorField& velocity) {
-    double largest = 0.0;
-#pragma omp parallel for schedule(static) reduction(max : largest)
+struct Comparison {
+    double change = 0.0;       ///< largest difference of a component to the guess
+    double courant_rate = 0.0; ///< largest |u|/dx + |v|/dy
+};
+
+/// Adds the affine motion of the walls to a velocity that vanishes there, and compares it with `guess`.
+Comparison add_walls_and_compare(const Grid& grid, const WallVelocity& wall, const VectorField& guess, VectorField& velocity) {
+    double largest = 0.0, courant = 0.0;
+#pragma omp parallel for schedule(static) reduction(max : largest, courant)
     for (int j = 0; j <= grid.cells_y; ++j) {
         const double y = static_cast<double>(2 * j - grid.cells_y) / grid.cells_y;
-        Pack change(0.0);
-        for (const auto& [field, old, amplitude] :
-             {std::tuple{&velocity.u, &guess.u, wall.u}, std::tuple{&velocity.v, &guess.v, wall.v}}) {
-            double* row = field->row(j);
-            const double* before = old->row(j);
-            const Pack shift(amplitude * y);
-            for (int i = 0; i < grid.cells_x; i += pack_size) {
-                const Pack value = load(row + i) + shift;
-                store(value, row + i);
-                change = maximum(change, magnitude(value - load(before + i)));
-            }
-            field->wrap_row(j);
+        const Pack shift_u(wall.u * y), shift_v(wall.v * y), inverse_dx(1.0 / grid.dx()), inverse_dy(1.0 / grid.dy());
+        double *u = velocity.u.row(j), *v = velocity.v.row(j);
+        const double *old_u = guess.u.row(j), *old_v = guess.v.row(j);
+        Pack change(0.0), rate(0.0);
+        for (int i = 0; i < grid.cells_x; i += pack_size) {
+            const Pack new_u = load(u + i) + shift_u, new_v = load(v + i) + shift_v;
+            store(new_u, u + i);
+            store(new_v, v + i);
+            change = maximum(change, maximum(magnitude(new_u - load(old_u + i)), magnitude(new_v - load(old_v + i))));
+            rate = maximum(rate, inverse_dx * magnitude(new_u) + inverse_dy * magnitude(new_v));
         }
+        velocity.u.wrap_row(j);
+        velocity.v.wrap_row(j);
         largest = std::max(largest, largest_of(change));
+        courant = std::max(courant, largest_of(rate));
     }
-    return largest;
+    return {largest, courant};
+}
+
+/// The ghost rows that transport reads.
+void close_at_walls(const Scene& scene, CellState& cells) {
+    if (scene.model == Model::full)
+        for (Field* f : {&cells.stress.p, &cells.stress.s, &cells.stress.tau, &cells.stress.q, &cells.internal})
+            extrapolate_to_ghost_rows(*f);
 }
 
 } // namespace
@@ -94,29 +108,41 @@ MethodOfLines::MethodOfLines(const Scene& scene, EquilibriumSolver& solver, cons
         speed_scale_ = 1.0; // walls at rest for ever: any scale will do
 }
 
+double MethodOfLines::sweep_rates(CellState& cells, const VectorField& velocity, CellState& rate) {
+    return std::visit(
+        [&](const auto& model) {
+            return scene_.model == Model::full ? sweep<true>(scene_, model, cells, velocity, rate, next_velocity_)
+                                               : sweep<false>(scene_, model, cells, velocity, rate, next_velocity_);
+        },
+        scene_.plasticity);
+}
+
+void MethodOfLines::open_rate(CellState& cells, const VectorField& velocity, CellState& rate) {
+    Timer timer;
+    close_at_walls(scene_, cells);
+    (void)sweep_rates(cells, velocity, rate);
+    ++evaluations_;
+    rate_seconds_ += timer.lap();
+}
+
 RateReport MethodOfLines::evaluate(CellState& cells, const WallVelocity& wall, VectorField& velocity, CellState& rate) {
     const bool transported = scene_.model == Model::full;
-    if (transported)
-        for (Field* f : {&cells.stress.p, &cells.stress.s, &cells.stress.tau, &cells.stress.q, &cells.internal})
-            extrapolate_to_ghost_rows(*f);
+    close_at_walls(scene_, cells);
     ++evaluations_;
 
     RateReport report;
     double contraction = passes_.contraction, previous_change = 0.0;
     while (true) {
         Timer timer;
-        report.largest_relaxation = std::visit(
-            [&](const auto& model) {
-                return transported ? sweep<true>(scene_, model, cells, velocity, rate, next_velocity_)
-                                   : sweep<false>(scene_, model, cells, velocity, rate, next_velocity_);
-            },
-            scene_.plasticity);
+        report.largest_relaxation = sweep_rates(cells, velocity, rate);
         rate_seconds_ += timer.lap();
         solver_.solve(next_velocity_, WallData::zero);
         ++report.solves;
         ++solves_;
         solve_seconds_ += timer.lap();
-        report.velocity_change = add_walls_and_compare(scene_.grid, wall, velocity, next_velocity_) / speed_scale_;
+        const Comparison comparison = add_walls_and_compare(scene_.grid, wall, velocity, next_velocity_);
+        report.velocity_change = comparison.change / speed_scale_;
+        report.courant_rate = transported ? comparison.courant_rate : 0.0;
         std::swap(velocity, next_velocity_);
         rate_seconds_ += timer.lap();
 
@@ -140,10 +166,12 @@ template <class M> double yield_square(const M& model, const CellState& cells, d
     };
     Pack square(0.0);
     for (int i = 0; i < cells.internal.columns(); i += pack_size) {
-        const PointState y{at(cells.stress.s, rate.stress.s, i), at(cells.stress.tau, rate.stress.tau, i),
-                           at(cells.stress.q, rate.stress.q, i), at(cells.internal, rate.internal, i)};
+        const FlowState<Pack> y{at(cells.stress.s, rate.stress.s, i), at(cells.stress.tau, rate.stress.tau, i),
+                                at(cells.stress.q, rate.stress.q, i), at(cells.internal, rate.internal, i)};
         const Pack yield = model.yield_stress(y[3]);
-        square = maximum(square, deviatoric_square(y) / (yield * yield));
+        // a model without elastic range is always above yield
+        square = maximum(square, select(yield > Pack(0.0), deviatoric_square(y) / (yield * yield),
+                                        Pack(std::numeric_limits<double>::infinity())));
     }
     return largest_of(square);
 }

@@ -16,6 +16,7 @@ struct RateReport {
     int solves = 0;
     double velocity_change = 0.0;    ///< largest change of v/U in the last pass
     double largest_relaxation = 0.0; ///< max over cells of 2 mu dD^pl/dsbar [1/t_s]: the stiffness of the plastic flow
+    double courant_rate = 0.0;       ///< max of |u|/dx + |v|/dy [1/t_s] in the full model: steps times this are Courant numbers
 };
 
 /// The index-reduced method of lines. div sigma = 0 is a linear, constant constraint in which v is the multiplier:
@@ -33,12 +34,19 @@ public:
     /// Throws RunError when f is not finite; `velocity` then holds rubbish.
     RateReport evaluate(CellState& cells, const WallVelocity& wall, VectorField& velocity, CellState& rate);
 
+    /// f alone at a given velocity (wall rows included), without a solve: `rate` receives it.
+    void open_rate(CellState& cells, const VectorField& velocity, CellState& rate);
+
+    [[nodiscard]] double speed_scale() const { return speed_scale_; } ///< U
     [[nodiscard]] long long evaluations() const { return evaluations_; }
     [[nodiscard]] long long solves() const { return solves_; }
     [[nodiscard]] double rate_seconds() const { return rate_seconds_; }
     [[nodiscard]] double solve_seconds() const { return solve_seconds_; }
 
 private:
+    /// f and, in next_velocity_, -B^T f; returns the largest relaxation rate.
+    double sweep_rates(CellState& cells, const VectorField& velocity, CellState& rate);
+
     const Scene& scene_;
     EquilibriumSolver& solver_;
     PassOptions passes_;

@@ -2,8 +2,10 @@
 #include <ductile/quasistatic/index_reduced.hpp>
 #include <ductile/quasistatic/options.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <limits>
 #include <unistd.h>
 
 namespace ductile::quasistatic {
@@ -13,37 +15,12 @@ namespace {
 /// Half the height: the L of the paper, whose domain is [-L, L]^2.
 double length_unit(const Options& o) { return 0.5 * o.height; }
 
-Units natural_units(const Options& o) {
-    Units units;
-    units.length = length_unit(o);
-    units.stress = o.yield_stress;
-    units.temperature = o.plasticity == PlasticityChoice::stz ? o.stz.formation_temperature : 1.0;
-    return units;
-}
-
 /// What a run holds besides the stepper: the field that a snapshot derives, and the program with its libraries.
 double overhead_bytes(const Grid& grid) { return 8.0 * grid.cells_x * grid.cells_y + 20e6; }
 
-bool index_reduced(Scheme scheme) { return scheme >= Scheme::ralston; }
-
-/// Fields of 8 bytes a cell that a stepper holds, see TimeStepper::memory_bytes.
-double fields_of(Scheme scheme) {
-    switch (scheme) {
-    case Scheme::dormand_prince:
-        return 57.0;
-    case Scheme::bogacki_shampine:
-        return 42.0;
-    case Scheme::ralston:
-    case Scheme::chebyshev:
-        return 37.0;
-    default:
-        return 16.0;
-    }
-}
-
 /// A grid that cannot fit would end with the system killing the program, or with half of the machine swapped out.
 void check_memory(const Grid& grid, Scheme scheme) {
-    const double needed = fields_of(scheme) * 8.0 * grid.cells_x * grid.cells_y + overhead_bytes(grid);
+    const double needed = description(scheme).fields * 8.0 * grid.cells_x * grid.cells_y + overhead_bytes(grid);
     const double present = static_cast<double>(::sysconf(_SC_PHYS_PAGES)) * static_cast<double>(::sysconf(_SC_PAGESIZE));
     if (needed > present)
         throw InputError(fmt::format("--cells {}x{}: this needs about {:.3g} GB of memory, this machine has {:.3g} GB: use fewer "
@@ -65,29 +42,9 @@ void declare_domain(io::Program& program, Options& o) {
                         "s, m/s"));
 }
 
-void declare_material(io::Program& program, Options& o) {
-    const auto help = [](std::string meaning, std::string units = {}, io::Limits allowed = io::positive) {
-        return io::OptionHelp{"Material", std::move(meaning), std::move(units), allowed};
-    };
-    program.option("--bulk-modulus", o.elasticity.bulk_modulus, help("bulk modulus K", "Pa"));
-    program.option("--shear-modulus", o.elasticity.shear_modulus, help("shear modulus mu", "Pa"));
-    program.choice("--plasticity", o.plasticity, {{"stz", PlasticityChoice::stz}, {"perzyna", PlasticityChoice::perzyna}},
-                   help("shear transformation zones, or rate-dependent von Mises (Perzyna)"));
-    program.option("--yield-stress", o.yield_stress, help("yield stress of |sigma_0| = sqrt(s^2 + tau^2 + 3 q^2)", "Pa"));
-    program.option("--stz-molecular-time", o.stz.molecular_time, help("STZ: tau_0", "s"));
-    program.option("--stz-local-strain", o.stz.local_strain, help("STZ: epsilon_0"));
-    program.option("--stz-heat-capacity", o.stz.heat_capacity, help("STZ: c_0"));
-    program.option("--stz-activation-barrier", o.stz.activation_barrier, help("STZ: Delta/k_B", "K"));
-    program.option("--stz-activation-volume", o.stz.activation_volume, help("STZ: zeta", "m^3"));
-    program.option("--stz-bath-temperature", o.stz.bath_temperature, help("STZ: T", "K"));
-    program.option("--stz-steady-temperature", o.stz.steady_temperature, help("STZ: chi_inf", "K"));
-    program.option("--stz-formation-temperature", o.stz.formation_temperature, help("STZ: e_Z/k_B", "K"));
-    program.option("--perzyna-hardening", o.perzyna.hardening_modulus,
-                   help("Perzyna: rise of the yield stress with plastic strain", "Pa", io::not_negative));
-    program.option("--perzyna-rate", o.perzyna.reference_rate, help("Perzyna: D_0 in D^pl = D_0 (sbar/Y - 1)^n", "1/s"));
-    program.option("--perzyna-exponent", o.perzyna.overstress_exponent, help("Perzyna: n", "", io::between(1, 100)));
+void declare_model(io::Program& program, Options& o) {
     program.choice("--model", o.model, {{"full", Model::full}, {"reduced", Model::reduced}},
-                   help("with or without advection and spin"));
+                   {"Material", "with or without advection and spin"});
 }
 
 void declare_initial(io::Program& program, Options& o) {
@@ -114,29 +71,29 @@ void declare_time(io::Program& program, Options& o) {
     const auto help = [](std::string meaning, std::string units = {}, io::Limits allowed = io::positive) {
         return io::OptionHelp{"Time integration", std::move(meaning), std::move(units), allowed};
     };
-    program.choice(
-        "--scheme", o.scheme,
-        {{"euler", Scheme::euler},
-         {"substepped", Scheme::substepped},
-         {"incremental", Scheme::incremental},
-         {"ralston", Scheme::ralston},
-         {"bogacki-shampine", Scheme::bogacki_shampine},
-         {"dormand-prince", Scheme::dormand_prince},
-         {"chebyshev", Scheme::chebyshev}},
-        help("projection with forward Euler, substepped plasticity or velocity increment (second order); index-reduced "
-             "Runge-Kutta of order 2, 3, 5, or stabilised of order 2"));
+    std::vector<std::pair<std::string, Scheme>> scheme_names;
+    std::string scheme_meanings;
+    for (const SchemeDescription& scheme : schemes()) {
+        scheme_names.emplace_back(scheme.name, scheme.scheme);
+        scheme_meanings += fmt::format("{}{}: {}", scheme_meanings.empty() ? "" : "; ", scheme.name, scheme.meaning);
+    }
+    program.choice("--scheme", o.scheme, scheme_names, help(scheme_meanings));
     program.choice("--step", o.step, {{"fixed", StepChoice::fixed}, {"adaptive", StepChoice::adaptive}},
                    help("fixed steps; or adaptive ones, by the size of the projection or by the error of index-reduced schemes"));
     program.option("--dt", o.dt, help("fixed step: a positive number, or auto for the paper's 0.5e4 t_s h/L", "s"));
     program.option(
         "--tolerance", o.tolerance,
         help("adaptive: projection schemes hold Q* near this times (h/L)^2 (auto: 0.001); index-reduced schemes bound the "
-             "error of a step in sigma/s_Y and chi/chi_inf (auto: 1e-4)"));
+             "error of a step in sigma/s_Y and chi/chi_inf (auto: 1e-4, on fine grids 1e-4 (252 h/L)^3)"));
     program.option("--dt-start", o.projection_steps.first_step, help("adaptive projection: first step", "s"));
     program.option("--dt-min", o.projection_steps.smallest_step, help("adaptive projection: smallest step", "s"));
     program.option("--dt-max", o.projection_steps.largest_step, help("adaptive projection: largest step", "s"));
     program.option("--step-growth", o.projection_steps.largest_growth, help("adaptive projection: F_max", "", io::at_least(1.0)));
     program.option("--step-safety", o.projection_steps.safety, help("adaptive projection: F_s", "", io::between(0.01, 1.0)));
+    program.option(
+        "--step-reject", o.step_reject,
+        help("adaptive projection: repeat a step whose Q* exceeds this many times the tolerance; 0: never, as in the paper", "",
+             io::not_negative));
     program.option("--pointwise-fixed", o.pointwise_fixed,
                    help("projection schemes, fixed steps: tolerance of the pointwise integration divided by (dt/t_s)^2"));
     program.option("--pointwise-adaptive", o.pointwise_adaptive,
@@ -164,25 +121,15 @@ void declare_output(io::Program& program, Options& o) {
 
 void declare(io::Program& program, Options& options) {
     declare_domain(program, options);
-    declare_material(program, options);
+    declare(program, options.material);
+    declare_model(program, options);
     declare_initial(program, options);
     declare_time(program, options);
     declare_output(program, options);
 }
 
 Scene make_scene(const Options& o) {
-    const Units units = natural_units(o);
-    const auto plasticity = [&]() -> Plasticity {
-        if (o.plasticity == PlasticityChoice::perzyna) {
-            PerzynaParameters parameters = o.perzyna;
-            parameters.yield_stress = o.yield_stress;
-            return PerzynaModel(parameters, units);
-        }
-        StzParameters parameters = o.stz;
-        parameters.yield_stress = o.yield_stress;
-        return StzModel(parameters, units);
-    };
-    check(o.elasticity);
+    const Units units = natural_units(o.material, length_unit(o));
     WallHistory walls = o.wall_history.empty() ? WallHistory(std::vector<WallKnot>{{0.0, {o.wall_velocity, 0.0}}})
                                                : parse_wall_history(o.wall_history);
     std::vector<WallKnot> knots = walls.knots();
@@ -191,8 +138,8 @@ Scene make_scene(const Options& o) {
     Scene scene{
         .units = units,
         .grid = {.cells_x = o.cells.x, .cells_y = o.cells.y, .width = o.width / units.length, .height = o.height / units.length},
-        .elasticity = {o.elasticity.bulk_modulus / units.stress, o.elasticity.shear_modulus / units.stress},
-        .plasticity = plasticity(),
+        .elasticity = make_elasticity(o.material, units),
+        .plasticity = make_plasticity(o.material, units),
         .model = o.model,
         .walls = WallHistory(std::move(knots))};
     check(scene.grid);
@@ -217,7 +164,7 @@ Field make_initial_internal(const Options& o, const Scene& scene) {
         __builtin_unreachable();
     };
     // 1 K: an effective temperature must be positive, and below it exp(-e_Z/(k_B chi)) has no meaning left
-    const double lowest = o.plasticity == PlasticityChoice::stz ? 1.0 / value : 0.0;
+    const double lowest = o.material.plasticity == PlasticityChoice::stz ? 1.0 / value : 0.0;
     return initial_internal(scene.grid, initial(), lowest, value);
 }
 
@@ -233,13 +180,15 @@ double number_or_auto(const std::string& text, const char* option, double standa
     }
 }
 
+/// With error control the error in time should stay below a tenth of that in space, which falls with h^2; the one falls about
+/// with the 2/3 power of the tolerance (verification/results/work_precision.md).
 double tolerance(const Options& o) {
-    return index_reduced(o.scheme) ? number_or_auto(o.tolerance, "--tolerance", 1e-4, "1e-4")
-                                   : number_or_auto(o.tolerance, "--tolerance", 1e-3, "0.001");
+    if (description(o.scheme).kind == SchemeKind::projection)
+        return number_or_auto(o.tolerance, "--tolerance", 1e-3, "0.001");
+    const double h = std::sqrt(o.width * o.height / (static_cast<double>(o.cells.x) * o.cells.y)) / length_unit(o);
+    return number_or_auto(o.tolerance, "--tolerance", 1e-4 * std::min(1.0, std::pow(252.0 * h, 3.0)),
+                          "1e-4, on fine grids 1e-4 (252 h/L)^3");
 }
-
-/// The power of dt that the error estimate of an index-reduced scheme falls with.
-int estimate_order(Scheme scheme) { return scheme == Scheme::ralston ? 2 : scheme == Scheme::dormand_prince ? 5 : 3; }
 
 } // namespace
 
@@ -248,10 +197,17 @@ StepControl make_step_control(const Options& o, const Scene& scene) {
     const double standard_dt = 0.5e4 * unit * std::sqrt(scene.grid.cell_area());
     if (o.step == StepChoice::fixed)
         return {scene.grid, FixedSteps{number_or_auto(o.dt, "--dt", standard_dt, "the paper's 0.5e4 t_s h/L") / unit}};
-    if (index_reduced(o.scheme))
-        return {scene.grid, ErrorSteps{.tolerance = tolerance(o), .order = estimate_order(o.scheme)}};
+    if (o.dt != "auto")
+        throw InputError(fmt::format("--dt {}: adaptive steps have no fixed length: add --step fixed, or leave --dt out", o.dt));
+    if (description(o.scheme).kind ==
+        SchemeKind::sundials) // one attempt from one target to the next: it has its own error control
+        return {scene.grid, FixedSteps{std::numeric_limits<double>::infinity()}};
+    if (description(o.scheme).kind == SchemeKind::index_reduced)
+        return {scene.grid, ErrorSteps{.tolerance = tolerance(o), .order = description(o.scheme).estimate_order}};
     ProjectionSteps steps = o.projection_steps;
     steps.tolerance = tolerance(o);
+    if (o.step_reject > 0.0)
+        steps.largest_excess = o.step_reject;
     for (double* step : {&steps.first_step, &steps.smallest_step, &steps.largest_step})
         *step /= unit;
     if (!(steps.smallest_step <= steps.largest_step))
@@ -264,11 +220,11 @@ std::unique_ptr<TimeStepper> make_time_stepper(const Options& o, const Scene& sc
     auto solver =
         make_equilibrium_solver({.grid = scene.grid, .elasticity = scene.elasticity, .stiffness = o.stiffness}, o.solver);
     const PassOptions passes{.largest = o.velocity_passes, .tolerance = 0.1 * tolerance(o)};
-    const auto projection = [&](Predictor predictor) {
+    const auto projection = [&](Predictor predictor, Transport transport = Transport::frozen) {
         using Scale = PointwiseTolerance::Scale;
         const PointwiseTolerance pointwise = o.step == StepChoice::fixed ? PointwiseTolerance{Scale::step, o.pointwise_fixed}
                                                                          : PointwiseTolerance{Scale::cell, o.pointwise_adaptive};
-        return std::make_unique<ProjectionStepper>(scene, predictor, pointwise, std::move(solver), std::move(state));
+        return std::make_unique<ProjectionStepper>(scene, predictor, pointwise, std::move(solver), std::move(state), transport);
     };
     switch (o.scheme) {
     case Scheme::euler:
@@ -277,10 +233,17 @@ std::unique_ptr<TimeStepper> make_time_stepper(const Options& o, const Scene& sc
         return projection(Predictor::substepped);
     case Scheme::incremental:
         return projection(Predictor::incremental);
+    case Scheme::extrapolated:
+        return projection(Predictor::incremental, Transport::extrapolated);
     case Scheme::chebyshev:
         return make_runge_kutta_chebyshev(scene, std::move(solver), passes, std::move(state));
-    default:
+    case Scheme::ralston:
+    case Scheme::bogacki_shampine:
+    case Scheme::dormand_prince:
         return make_runge_kutta(o.scheme, scene, std::move(solver), passes, std::move(state));
+    default:
+        return make_sundials(o.scheme, scene, std::move(solver), passes,
+                             {.tolerance = tolerance(o), .fixed_steps = o.step == StepChoice::fixed}, std::move(state));
     }
 }
 
@@ -295,20 +258,15 @@ RunOptions make_run_options(const Options& o, const Scene& scene, double start) 
 std::string describe(const Options& o, const Scene& scene, const TimeStepper& stepper, int threads) {
     const Grid& g = scene.grid;
     const double strain_rate = scene.walls.after(0.0).u / (0.5 * g.height) / scene.units.time;
-    const char* schemes[] = {"first-order projection, forward Euler",        "first-order projection, substepped plasticity",
-                             "second-order incremental projection",          "index-reduced Ralston (order 2)",
-                             "index-reduced Bogacki-Shampine (order 3)",     "index-reduced Dormand-Prince (order 5)",
-                             "index-reduced Runge-Kutta-Chebyshev (order 2)"};
     const std::string unknowns =
         fmt::format("{} velocities, {} cell values", 2LL * g.cells_x * (g.cells_y - 1), 5LL * g.cells_x * g.cells_y);
     return fmt::format(
         "grid      {} x {} cells on {} x {} m; {}\n"
-        "material  K = {:g} GPa, mu = {:g} GPa, {} plasticity, yield stress {:g} MPa; shear rate {:.3g} 1/s\n"
+        "material  {}; shear rate {:.3g} 1/s\n"
         "model     {}; {}, {} steps; {} solver, {} operator\n"
         "memory    about {:.0f} MB; {} thread{}\n",
-        g.cells_x, g.cells_y, o.width, o.height, unknowns, o.elasticity.bulk_modulus * 1e-9, o.elasticity.shear_modulus * 1e-9,
-        o.plasticity == PlasticityChoice::stz ? "STZ" : "Perzyna", o.yield_stress * 1e-6, strain_rate,
-        scene.model == Model::full ? "full" : "reduced", schemes[static_cast<int>(o.scheme)],
+        g.cells_x, g.cells_y, o.width, o.height, unknowns, describe(o.material), strain_rate,
+        scene.model == Model::full ? "full" : "reduced", description(o.scheme).meaning,
         o.step == StepChoice::fixed ? "fixed" : "adaptive", o.solver == SolverKind::cholesky ? "cholesky" : "fourier",
         o.stiffness == Stiffness::exact ? "exact" : "fully integrated",
         (static_cast<double>(stepper.memory_bytes()) + overhead_bytes(g)) * 1e-6, threads, threads == 1 ? "" : "s");

@@ -1,6 +1,7 @@
 #pragma once
 #include <ductile/equilibrium/solver.hpp>
 #include <ductile/io/program.hpp>
+#include <ductile/material/options.hpp>
 #include <ductile/quasistatic/initial.hpp>
 #include <ductile/quasistatic/projection_stepper.hpp>
 #include <ductile/quasistatic/run.hpp>
@@ -12,7 +13,6 @@
 
 namespace ductile::quasistatic {
 
-enum class PlasticityChoice { stz, perzyna };
 enum class InitialChoice { paper, uniform, gaussian, random };
 enum class StepChoice { fixed, adaptive };
 
@@ -22,11 +22,7 @@ struct Options {
     double width = 0.02, height = 0.02;
     Model model = Model::full;
 
-    IsotropicElasticity elasticity{.bulk_modulus = 122e9, .shear_modulus = 37.4e9};
-    PlasticityChoice plasticity = PlasticityChoice::stz;
-    StzParameters stz;
-    PerzynaParameters perzyna;
-    double yield_stress = 0.85e9; ///< of either model
+    MaterialOptions material;
 
     InitialChoice initial = InitialChoice::paper;
     double initial_base = 640.0, initial_amplitude = 180.0; ///< in the unit of the internal variable
@@ -36,13 +32,14 @@ struct Options {
     double wall_velocity = 2e-7 * 0.01 / 4.05e-6; ///< 2e-7 L/t_s
     std::string wall_history;                     ///< replaces wall_velocity unless empty
 
-    Scheme scheme = Scheme::incremental;
+    Scheme scheme = Scheme::bogacki_shampine;
     Stiffness stiffness = Stiffness::exact;
     SolverKind solver = SolverKind::fastest;
-    StepChoice step = StepChoice::fixed;
+    StepChoice step = StepChoice::adaptive;
     std::string dt = "auto"; ///< seconds, or 0.5e4 t_s h/L (Sec. 8.1)
     std::string tolerance = "auto";
     ProjectionSteps projection_steps{.smallest_step = 1e-6 * 4.05e-6, .largest_step = 1e3 * 4.05e-6, .first_step = 10 * 4.05e-6};
+    double step_reject = 0.0;
     double pointwise_fixed = 1e-7, pointwise_adaptive = 0.1; ///< F_RK2(1)
     int velocity_passes = 4;
 

@@ -12,16 +12,18 @@ namespace {
 
 /// Whether sbar stays below yield on the straight path from y to y + dt source.
 template <class M>
-[[gnu::DUCTILE_ALWAYS_INLINE]] inline Pack::Mask stays_elastic(const M& model, const PointState& y, const PointState& end) {
+[[gnu::DUCTILE_ALWAYS_INLINE]] inline Pack::Mask stays_elastic(const M& model, const FlowState<Pack>& y,
+                                                               const FlowState<Pack>& end) {
     const Pack yield = minimum(model.yield_stress(y[3]), model.yield_stress(end[3]));
     return maximum(deviatoric_square(y), deviatoric_square(end)) < yield * yield;
 }
 
 template <class M, Predictor predictor, bool transported> class Sweep {
 public:
-    Sweep(const Scene& scene, const M& model, const CellState& now, const VectorField& velocity, double dt,
-          const Rk21Options& options, CellState& next)
-        : scene_(scene), model_(model), now_(now), velocity_(velocity), dt_(dt), options_(options), next_(next) {}
+    Sweep(const Scene& scene, const M& model, const CellState& now, const CellState& moving, const VectorField& velocity,
+          double dt, const Rk21Options& options, CellState& next)
+        : scene_(scene), model_(model), now_(now), moving_(moving), velocity_(velocity), dt_(dt), options_(options), next_(next) {
+    }
 
     void row(int j, Rk21Counts& counts) const {
         const int columns = scene_.grid.cells_x;
@@ -39,24 +41,24 @@ private:
     [[gnu::DUCTILE_ALWAYS_INLINE]] void pack(int i, int j, const Pack::Mask& real_cells, Rk21Counts& counts) const {
         const double *p = now_.stress.p.row(j) + i, *s = now_.stress.s.row(j) + i, *tau = now_.stress.tau.row(j) + i;
         const double *q = now_.stress.q.row(j) + i, *internal = now_.internal.row(j) + i;
-        PointState y{load(s), load(tau), load(q), load(internal)};
+        FlowState<Pack> y{load(s), load(tau), load(q), load(internal)};
         const auto [p_source, source] =
-            cell_sources<predictor == Predictor::incremental, transported>(scene_, now_, velocity_, i, j);
+            cell_sources<predictor == Predictor::incremental, transported>(scene_, moving_, velocity_, i, j);
 
         const Pack dt(dt_);
         store(load(p) + dt * p_source, next_.stress.p.row(j) + i);
-        const PointRate<M> rate{model_, Pack(2.0 * scene_.elasticity.shear_modulus), source};
-        PointState end;
+        const FlowRate<M, Pack> rate{model_, Pack(2.0 * scene_.elasticity.shear_modulus), source};
+        FlowState<Pack> end;
         for (std::size_t k = 0; k < 4; ++k)
             end[k] = y[k] + dt * source[k];
         const Pack::Mask plastic = !stays_elastic(model_, y, end);
         if (any_of(plastic)) {
             if constexpr (predictor == Predictor::euler) {
-                const PointState slope = rate(y);
+                const FlowState<Pack> slope = rate(y);
                 for (std::size_t k = 0; k < 4; ++k)
                     end[k] = select(plastic, y[k] + dt * slope[k], end[k]);
             } else {
-                PointState integrated = y;
+                FlowState<Pack> integrated = y;
                 integrate_rk21(rate, integrated, plastic && real_cells, dt_, options_, counts);
                 for (std::size_t k = 0; k < 4; ++k)
                     end[k] = select(plastic, integrated[k], end[k]);
@@ -71,6 +73,7 @@ private:
     const Scene& scene_;
     const M& model_;
     const CellState& now_;
+    const CellState& moving_;
     const VectorField& velocity_;
     double dt_;
     const Rk21Options& options_;
@@ -78,9 +81,9 @@ private:
 };
 
 template <class M, Predictor predictor, bool transported>
-PredictorReport sweep(const Scene& scene, const M& model, const CellState& now, const VectorField& velocity, double dt,
-                      const Rk21Options& options, CellState& next, VectorField& force) {
-    const Sweep<M, predictor, transported> cells(scene, model, now, velocity, dt, options, next);
+PredictorReport sweep(const Scene& scene, const M& model, const CellState& now, const CellState& moving,
+                      const VectorField& velocity, double dt, const Rk21Options& options, CellState& next, VectorField& force) {
+    const Sweep<M, predictor, transported> cells(scene, model, now, moving, velocity, dt, options, next);
     PredictorReport report;
 #pragma omp parallel
     {
@@ -105,29 +108,32 @@ PredictorReport sweep(const Scene& scene, const M& model, const CellState& now, 
 }
 
 template <class M, Predictor predictor>
-PredictorReport choose_model(const Scene& scene, const M& model, CellState& now, const VectorField& velocity, double dt,
-                             const Rk21Options& options, CellState& next, VectorField& force) {
+PredictorReport choose_model(const Scene& scene, const M& model, const CellState& now, CellState& transported,
+                             const VectorField& velocity, double dt, const Rk21Options& options, CellState& next,
+                             VectorField& force) {
     if (scene.model == Model::reduced)
-        return sweep<M, predictor, false>(scene, model, now, velocity, dt, options, next, force);
-    for (Field* f : {&now.stress.p, &now.stress.s, &now.stress.tau, &now.stress.q, &now.internal})
+        return sweep<M, predictor, false>(scene, model, now, transported, velocity, dt, options, next, force);
+    for (Field* f :
+         {&transported.stress.p, &transported.stress.s, &transported.stress.tau, &transported.stress.q, &transported.internal})
         extrapolate_to_ghost_rows(*f);
-    return sweep<M, predictor, true>(scene, model, now, velocity, dt, options, next, force);
+    return sweep<M, predictor, true>(scene, model, now, transported, velocity, dt, options, next, force);
 }
 
 } // namespace
 
-PredictorReport predict(const Scene& scene, Predictor predictor, CellState& now, const VectorField& velocity, double dt,
-                        const Rk21Options& options, CellState& next, VectorField& force) {
+PredictorReport predict(const Scene& scene, Predictor predictor, const CellState& now, CellState& transported,
+                        const VectorField& velocity, double dt, const Rk21Options& options, CellState& next, VectorField& force) {
     return std::visit(
         [&](const auto& model) {
             using M = std::decay_t<decltype(model)>;
             switch (predictor) {
             case Predictor::euler:
-                return choose_model<M, Predictor::euler>(scene, model, now, velocity, dt, options, next, force);
+                return choose_model<M, Predictor::euler>(scene, model, now, transported, velocity, dt, options, next, force);
             case Predictor::substepped:
-                return choose_model<M, Predictor::substepped>(scene, model, now, velocity, dt, options, next, force);
+                return choose_model<M, Predictor::substepped>(scene, model, now, transported, velocity, dt, options, next, force);
             case Predictor::incremental:
-                return choose_model<M, Predictor::incremental>(scene, model, now, velocity, dt, options, next, force);
+                return choose_model<M, Predictor::incremental>(scene, model, now, transported, velocity, dt, options, next,
+                                                               force);
             }
             __builtin_unreachable();
         },

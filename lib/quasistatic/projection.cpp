@@ -1,4 +1,5 @@
 #include <ductile/base/timer.hpp>
+#include <ductile/material/point_rates.hpp>
 #include <ductile/quasistatic/projection.hpp>
 #include <ductile/space/staggered.hpp>
 
@@ -10,7 +11,7 @@ namespace ductile::quasistatic {
 namespace {
 
 /// Adds dt C : (D(phi) + wall) to cell row j; returns the row's sum of sbar_P^2/mu^2 + p_P^2/(K mu).
-double correct_row(const Scene& scene, const VectorField& phi, const StressPack& wall_rate, double dt, int j,
+double correct_row(const Scene& scene, const VectorField& phi, const StressComponents<Pack>& wall_rate, double dt, int j,
                    StressField& stress) {
     const Grid& grid = scene.grid;
     const IsotropicElasticity& c = scene.elasticity;
@@ -21,7 +22,7 @@ double correct_row(const Scene& scene, const VectorField& phi, const StressPack&
     for (int i = 0; i < grid.cells_x; i += pack_size) {
         const Corners u(phi.u.row(j) + i, phi.u.row(j + 1) + i);
         const Corners v(phi.v.row(j) + i, phi.v.row(j + 1) + i);
-        const StressPack rate = elastic_rate(c, velocity_gradient(u, v, half_inverse_dx, half_inverse_dy));
+        const StressComponents<Pack> rate = elastic_rate(c, velocity_gradient(u, v, half_inverse_dx, half_inverse_dy));
         const auto add = [&](Field& field, const Pack& correction, const Pack& wall) {
             double* f = field.row(j) + i;
             store(load(f) + Pack(dt) * (correction + wall), f);
@@ -53,8 +54,8 @@ double Projection::apply(VectorField& force, const WallVelocity& wall_gradient, 
     ++solves_;
     solve_seconds_ += timer.lap();
 
-    const StressPack wall_rate =
-        elastic_rate(scene_->elasticity, {Pack(0.0), Pack(wall_gradient.u), Pack(0.0), Pack(wall_gradient.v)});
+    const StressComponents<Pack> wall_rate = elastic_rate(
+        scene_->elasticity, VelocityGradient<Pack>{Pack(0.0), Pack(wall_gradient.u), Pack(0.0), Pack(wall_gradient.v)});
 #pragma omp parallel for schedule(static)
     for (int j = 0; j < scene_->grid.cells_y; ++j)
         row_measure_[static_cast<std::size_t>(j)] = correct_row(*scene_, force, wall_rate, dt, j, cells.stress);
@@ -66,20 +67,25 @@ double Projection::apply(VectorField& force, const WallVelocity& wall_gradient, 
     return std::sqrt(sum * scene_->grid.cell_area() / scene_->grid.area());
 }
 
-double equilibrium_residual(const Scene& scene, const CellState& cells) {
+double equilibrium_residual(const Scene& scene, const CellState& cells, VectorField& force) {
     const Grid& grid = scene.grid;
-    VectorField force(grid);
-    divergence(grid, cells.stress, 1.0, force);
     double largest_force = 0.0, largest_stress = 0.0;
-    for (int j = 1; j < grid.cells_y; ++j)
-        for (int i = 0; i < grid.cells_x; ++i)
-            largest_force = std::max({largest_force, std::abs(force.u(i, j)), std::abs(force.v(i, j))});
-    for (int j = 0; j < grid.cells_y; ++j)
-        for (int i = 0; i < grid.cells_x; ++i) {
-            const double p = cells.stress.p(i, j), s = cells.stress.s(i, j), q = cells.stress.q(i, j);
-            largest_stress =
-                std::max({largest_stress, std::abs(-p + s - q), std::abs(-p - s - q), std::abs(cells.stress.tau(i, j))});
+#pragma omp parallel for schedule(static) reduction(max : largest_force, largest_stress)
+    for (int j = 0; j < grid.cells_y; ++j) {
+        Pack force_here(0.0), stress_here(0.0);
+        if (j > 0)
+            divergence_row(grid, cells.stress, 1.0, j, force);
+        for (int i = 0; i < grid.cells_x; i += pack_size) {
+            if (j > 0)
+                force_here =
+                    maximum(force_here, maximum(magnitude(load(force.u.row(j) + i)), magnitude(load(force.v.row(j) + i))));
+            const Pack p = load(cells.stress.p.row(j) + i), s = load(cells.stress.s.row(j) + i),
+                       tau = load(cells.stress.tau.row(j) + i), q = load(cells.stress.q.row(j) + i);
+            stress_here = maximum(maximum(stress_here, magnitude(tau)), maximum(magnitude(s - p - q), magnitude(p + s + q)));
         }
+        largest_force = std::max(largest_force, largest_of(force_here));
+        largest_stress = std::max(largest_stress, largest_of(stress_here));
+    }
     return largest_stress > 0.0 ? largest_force / (largest_stress * std::max(grid.dx(), grid.dy())) : 0.0;
 }
 

@@ -38,7 +38,7 @@ private:
 };
 
 /// max |B^T sigma| over interior corners, divided by (largest |sigma| component times the longer cell side): the relative
-/// residual of discrete equilibrium.
-[[nodiscard]] double equilibrium_residual(const Scene& scene, const CellState& cells);
+/// residual of discrete equilibrium. `force` is room to work in.
+[[nodiscard]] double equilibrium_residual(const Scene& scene, const CellState& cells, VectorField& force);
 
 } // namespace ductile::quasistatic

@@ -1,8 +1,10 @@
 #include <ductile/base/error.hpp>
 #include <ductile/base/timer.hpp>
+#include <ductile/quasistatic/combination.hpp>
 #include <ductile/quasistatic/projection_stepper.hpp>
 
 #include <algorithm>
+#include <array>
 #include <fmt/format.h>
 #include <utility>
 
@@ -31,18 +33,31 @@ Rk21Options PointwiseTolerance::options(const Grid& grid, double dt) const {
 }
 
 ProjectionStepper::ProjectionStepper(const Scene& scene, Predictor predictor, const PointwiseTolerance& pointwise,
-                                     std::unique_ptr<EquilibriumSolver> solver, State state)
+                                     std::unique_ptr<EquilibriumSolver> solver, State state, Transport transport)
     : scene_(scene), predictor_(predictor), pointwise_(pointwise), solver_(std::move(solver)), projection_(scene, *solver_),
-      state_(std::move(state)), next_(scene.grid), base_velocity_(scene.grid), correction_(scene.grid) {}
+      state_(std::move(state)), next_(scene.grid), base_velocity_(scene.grid), correction_(scene.grid) {
+    if (transport == Transport::extrapolated)
+        past_ = Past{CellState(scene.grid), CellState(scene.grid), VectorField(scene.grid)};
+}
 
 StepAttempt ProjectionStepper::attempt(double dt, double end) {
     Timer timer;
     const int top = scene_.grid.cells_y;
     const WallVelocity wall = scene_.walls.mean(state_.time, end);
-    const WallVelocity change{wall.u - state_.velocity.u(0, top), wall.v - state_.velocity.v(0, top)};
     const VectorField* velocity = &state_.velocity;
+    CellState* transported = &state_.cells;
+    if (past_ && past_->last_step > 0.0) {
+        const double half = 0.5 * dt / past_->last_step;
+        combine(scene_, std::array{Term{&state_.cells, 1.0 + half}, Term{&past_->cells, -half}}, past_->middle);
+        transported = &past_->middle;
+        extrapolate(past_->velocity, state_.velocity, (dt + past_->last_step) / (past_->last_step + past_->step_before),
+                    base_velocity_);
+        velocity = &base_velocity_;
+    }
+    const WallVelocity change{wall.u - velocity->u(0, top), wall.v - velocity->v(0, top)};
     if (change != WallVelocity{}) {
-        base_velocity_ = state_.velocity;
+        if (velocity != &base_velocity_)
+            base_velocity_ = state_.velocity;
         add_affine_velocity(scene_.grid, change, base_velocity_);
         velocity = &base_velocity_;
     }
@@ -53,8 +68,9 @@ StepAttempt ProjectionStepper::attempt(double dt, double end) {
                         "data are extreme: use a smaller --dt (fixed steps) or --tolerance (adaptive steps)",
                         state_.step + 1, state_.time * scene_.units.time, dt * scene_.units.time, what));
     };
-    const Rk21Counts counts =
-        predict(scene_, predictor_, state_.cells, *velocity, dt, pointwise_.options(scene_.grid, dt), next_, correction_).counts;
+    const Rk21Counts counts = predict(scene_, predictor_, state_.cells, *transported, *velocity, dt,
+                                      pointwise_.options(scene_.grid, dt), next_, correction_)
+                                  .counts;
     substeps_ += counts.accepted;
     rejected_substeps_ += counts.rejected;
     predictor_seconds_ += timer.lap();
@@ -75,6 +91,7 @@ StepAttempt ProjectionStepper::attempt(double dt, double end) {
         add_rows(*velocity, correction_);
     else
         add_affine_velocity(scene_.grid, wall, correction_);
+    length_ = dt;
     end_ = end;
     velocity_seconds_ += timer.lap();
     return result;
@@ -83,6 +100,12 @@ StepAttempt ProjectionStepper::attempt(double dt, double end) {
 void ProjectionStepper::accept() {
     std::swap(state_.cells, next_);
     std::swap(state_.velocity, correction_);
+    if (past_) {
+        std::swap(past_->cells, next_);
+        std::swap(past_->velocity, correction_);
+        past_->step_before = past_->last_step;
+        past_->last_step = length_;
+    }
     state_.time = end_;
     ++state_.step;
 }
@@ -94,7 +117,7 @@ Scheme ProjectionStepper::scheme() const {
     case Predictor::substepped:
         return Scheme::substepped;
     case Predictor::incremental:
-        return Scheme::incremental;
+        return past_ ? Scheme::extrapolated : Scheme::incremental;
     }
     __builtin_unreachable();
 }
@@ -112,7 +135,28 @@ PhaseSeconds ProjectionStepper::phase_seconds() const {
 std::size_t ProjectionStepper::memory_bytes() const {
     const Field& cell = next_.internal;
     const Field& corner = correction_.u;
-    return 10 * cell.storage().size() * sizeof(double) + 6 * corner.storage().size() * sizeof(double) + solver_->memory_bytes();
+    const std::size_t cells = past_ ? 20 : 10, corners = past_ ? 8 : 6;
+    return cells * cell.storage().size() * sizeof(double) + corners * corner.storage().size() * sizeof(double) +
+           solver_->memory_bytes();
+}
+
+std::vector<std::pair<std::string, Field*>> ProjectionStepper::hidden_fields() {
+    if (!past_)
+        return {};
+    auto& [p, s, tau, q] = past_->cells.stress;
+    return {{"earlier_p", &p},
+            {"earlier_s", &s},
+            {"earlier_tau", &tau},
+            {"earlier_q", &q},
+            {"earlier_internal", &past_->cells.internal},
+            {"earlier_velocity_x", &past_->velocity.u},
+            {"earlier_velocity_y", &past_->velocity.v}};
+}
+
+std::vector<std::pair<std::string, double*>> ProjectionStepper::hidden_numbers() {
+    if (!past_)
+        return {};
+    return {{"last_step", &past_->last_step}, {"step_before", &past_->step_before}};
 }
 
 } // namespace ductile::quasistatic

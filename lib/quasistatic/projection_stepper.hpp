@@ -5,6 +5,7 @@
 #include <ductile/quasistatic/time_stepper.hpp>
 
 #include <memory>
+#include <optional>
 
 namespace ductile::quasistatic {
 
@@ -18,15 +19,22 @@ struct PointwiseTolerance {
     [[nodiscard]] Rk21Options options(const Grid& grid, double dt) const;
 };
 
+/// Where the predictor takes spin, advection and its velocity: at t_n as in the paper, or in the middle of the step.
+enum class Transport { frozen, extrapolated };
+
 /// The projection schemes of Lu & Rycroft: one global step is a predictor followed by the projection.
 ///   euler, substepped (Sec. 4.2): v_{n+1} = (affine wall motion) + phi;
 ///   incremental (Sec. 5.2):       q <- q + phi, v_{n+1} = q (Eqs. 31, 32; v and q are one array).
+/// With Transport::extrapolated the predictor sees, instead of the fields at t_n and of v_n (which is the velocity in the middle
+/// of step n), linear extrapolations to the middle of the new step of length dt, with dt_n, dt_{n-1} the steps before:
+///   sigma_n + dt/(2 dt_n) (sigma_n - sigma_{n-1}),  q = v_n + (dt + dt_n)/(dt_n + dt_{n-1}) (v_n - v_{n-1}),
+/// so that spin and advection, frozen over a step, are right to second order. The first step has no past and is the paper's.
 /// Walls that change their velocity shift q by an affine field first; the wall velocity of a step is its mean over the step.
 class ProjectionStepper final : public TimeStepper {
 public:
     /// Keeps a reference to `scene`; owns the solver and all buffers. `state` is the state to go on from.
     ProjectionStepper(const Scene& scene, Predictor predictor, const PointwiseTolerance& pointwise,
-                      std::unique_ptr<EquilibriumSolver> solver, State state);
+                      std::unique_ptr<EquilibriumSolver> solver, State state, Transport transport = Transport::frozen);
 
     [[nodiscard]] StepAttempt attempt(double dt, double end) override;
     void accept() override;
@@ -36,11 +44,18 @@ public:
     [[nodiscard]] PhaseSeconds phase_seconds() const override;
     [[nodiscard]] std::size_t memory_bytes() const override;
     [[nodiscard]] Scheme scheme() const override;
-    [[nodiscard]] std::vector<std::pair<std::string, Field*>> hidden_fields() override { return {}; }
-    [[nodiscard]] std::vector<std::pair<std::string, double*>> hidden_numbers() override { return {}; }
+    [[nodiscard]] std::vector<std::pair<std::string, Field*>> hidden_fields() override;
+    [[nodiscard]] std::vector<std::pair<std::string, double*>> hidden_numbers() override;
     void resume() override {}
 
 private:
+    /// What extrapolation needs.
+    struct Past {
+        CellState cells, middle;                   // sigma_{n-1}; extrapolated to the middle of the step
+        VectorField velocity;                      // v_{n-1}
+        double last_step = 0.0, step_before = 0.0; // dt_n, dt_{n-1}; zero before there are any
+    };
+
     const Scene& scene_;
     Predictor predictor_;
     PointwiseTolerance pointwise_;
@@ -48,9 +63,10 @@ private:
     Projection projection_;
     State state_;
     CellState next_;
-    VectorField base_velocity_; ///< v_n with the walls' new velocity, where that differs
-    VectorField correction_;    ///< force, then phi, then the new velocity
-    double end_ = 0.0;
+    VectorField base_velocity_;       ///< v_n with the walls' new velocity, where that differs, or extrapolated
+    VectorField correction_;          ///< force, then phi, then the new velocity
+    std::optional<Past> past_;        ///< with Transport::extrapolated
+    double length_ = 0.0, end_ = 0.0; ///< of the attempted step
     long long substeps_ = 0, rejected_substeps_ = 0;
     double predictor_seconds_ = 0.0, velocity_seconds_ = 0.0;
 };

@@ -1,5 +1,6 @@
 #include <ductile/base/error.hpp>
 #include <ductile/io/terminal_plot.hpp>
+#include <ductile/quasistatic/projection.hpp>
 #include <ductile/quasistatic/recorder.hpp>
 
 #include <array>
@@ -51,6 +52,7 @@ std::vector<std::string> history_columns(const Scene& scene) {
             "smallest_" + internal + suffix,
             "largest_" + internal + suffix,
             "plastic_fraction",
+            "equilibrium_residual",
             "step_measure"};
 }
 
@@ -63,7 +65,7 @@ std::map<std::string, std::int64_t> identity(const TimeStepper& stepper, const S
 
 Recorder::Recorder(const Scene& scene, const RunOptions& options, const io::Program& program, const io::OutputFolder& folder,
                    const io::CheckpointReader* checkpoint, double start_s)
-    : scene_(scene), program_(program), folder_(folder),
+    : scene_(scene), program_(program), folder_(folder), force_(scene.grid),
       snapshots_(folder.fields(), program.name(),
                  {scene.grid.cells_x, scene.grid.cells_y, scene.grid.width * scene.units.length,
                   scene.grid.height * scene.units.length, scene.grid.x(0) * scene.units.length,
@@ -104,7 +106,8 @@ void Recorder::row(const State& state, double dt, double measure) {
     const double strain = scene_.walls.displacement(state.time).u / (0.5 * scene_.grid.height);
     history_.append({state.time * u.time, static_cast<double>(state.step), dt * u.time, strain, o.wall_traction * u.stress,
                      o.normal_traction * u.stress, o.mean_magnitude * u.stress, o.largest_magnitude * u.stress,
-                     o.smallest_internal * u.temperature, o.largest_internal * u.temperature, o.plastic_fraction, measure});
+                     o.smallest_internal * u.temperature, o.largest_internal * u.temperature, o.plastic_fraction,
+                     equilibrium_residual(scene_, state.cells, force_), measure});
 }
 
 void Recorder::progress(const State& state, const StepControl::Step& step) {

@@ -32,6 +32,7 @@ private:
     const Scene& scene_;
     const io::Program& program_;
     const io::OutputFolder& folder_;
+    VectorField force_; // room for the residual of equilibrium
     io::SnapshotWriter snapshots_;
     io::History history_;
     io::Progress progress_;

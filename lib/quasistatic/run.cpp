@@ -34,7 +34,9 @@ io::RunStatus run(const Scene& scene, TimeStepper& stepper, StepControl& control
                                                   {"rate_evaluations", now.evaluations},
                                                   {"pointwise_substeps", now.pointwise_substeps},
                                                   {"rejected_substeps", now.rejected_substeps},
-                                                  {"rejected_steps", rejected_steps}};
+                                                  {"rejected_steps", rejected_steps},
+                                                  {"inner_steps", now.inner_steps},
+                                                  {"rejected_inner_steps", now.rejected_inner_steps}};
         for (auto& [name, count] : total)
             count += checkpoint ? checkpoint->counter(name) : 0;
         return total;
@@ -43,6 +45,7 @@ io::RunStatus run(const Scene& scene, TimeStepper& stepper, StepControl& control
     Timer wall, since_checkpoint;
     Recorder recorder(scene, options, program, folder, checkpoint, start * unit);
     if (!checkpoint) {
+        control.start(stepper.time_scale());
         if (std::find(options.snapshots_s.begin(), options.snapshots_s.end(), 0.0) != options.snapshots_s.end())
             recorder.snapshot(stepper.state());
         recorder.row(stepper.state(), 0.0, 0.0);
@@ -58,6 +61,8 @@ io::RunStatus run(const Scene& scene, TimeStepper& stepper, StepControl& control
         summary.phase_seconds = stepper.phase_seconds();
         summary.phase_seconds.emplace_back("output", output_seconds);
         summary.extra["rate_evaluations"] = total["rate_evaluations"];
+        summary.extra["inner_steps"] = total["inner_steps"];
+        summary.extra["rejected_inner_steps"] = total["rejected_inner_steps"];
         summary.extra["rejected_substeps"] = total["rejected_substeps"];
         summary.extra["simulated_time_s"] = stepper.state().time * unit;
         summary.drawing = recorder.curve();
@@ -82,6 +87,8 @@ io::RunStatus run(const Scene& scene, TimeStepper& stepper, StepControl& control
             try {
                 attempt = stepper.attempt(step.dt, step.end);
             } catch (const RunError&) {
+                if (io::interrupted())
+                    continue;
                 if (!control.retry_shorter(step))
                     throw;
                 ++rejected_steps;

@@ -89,7 +89,8 @@ private:
         return norm(scene(), {terms.data(), static_cast<std::size_t>(table_.stages)});
     }
 
-    [[nodiscard]] double stable_step(double relaxation) const override { return table_.real_stability / relaxation; }
+    [[nodiscard]] double relaxation_step(double relaxation) const override { return table_.real_stability / relaxation; }
+    [[nodiscard]] double courant_number() const override { return table_.real_stability / 4.0; }
     [[nodiscard]] int buffers() const override { return static_cast<int>(inner_rates_.size()); }
 
     Scheme scheme_;

@@ -23,6 +23,17 @@ State initial_state(const Scene& scene, const Field& internal) {
     return state;
 }
 
+void extrapolate(const VectorField& older, const VectorField& newer, double weight, VectorField& target) {
+#pragma omp parallel for schedule(static)
+    for (int j = 0; j < target.u.rows(); ++j)
+        for (const auto component : {&VectorField::u, &VectorField::v}) {
+            const double *a = (older.*component).row(j), *b = (newer.*component).row(j);
+            double* row = (target.*component).row(j);
+            for (int i = -2; i < target.u.padded_columns() + 3; ++i)
+                row[i] = b[i] + weight * (b[i] - a[i]);
+        }
+}
+
 void add_affine_velocity(const Grid& grid, const WallVelocity& change, VectorField& velocity) {
     for (int j = 0; j <= grid.cells_y; ++j) {
         const double y = static_cast<double>(2 * j - grid.cells_y) / grid.cells_y;

@@ -48,6 +48,9 @@ struct State {
 /// velocity(y) += change * 2 y/height.
 void add_affine_velocity(const Grid& grid, const WallVelocity& change, VectorField& velocity);
 
+/// target = newer + weight (newer - older), images included.
+void extrapolate(const VectorField& older, const VectorField& newer, double weight, VectorField& target);
+
 /// Scalars that describe a state, in natural units.
 struct Observables {
     double wall_traction = 0.0;     ///< shear force on a wall per length: the mean of tau (every row has the same mean)

@@ -13,7 +13,7 @@ double first_step(const StepControl::Policy& policy) {
         return fixed->dt;
     if (const auto* projection = std::get_if<ProjectionSteps>(&policy))
         return projection->first_step;
-    return std::get<ErrorSteps>(policy).first_step;
+    return std::numeric_limits<double>::infinity(); // until start()
 }
 
 } // namespace
@@ -28,6 +28,8 @@ const char* to_string(StepLimit limit) {
         return "accuracy";
     case StepLimit::relaxation:
         return "plastic relaxation";
+    case StepLimit::advection:
+        return "advection";
     case StepLimit::growth:
         return "growth";
     case StepLimit::largest:
@@ -45,6 +47,11 @@ const char* to_string(StepLimit limit) {
 StepControl::StepControl(const Grid& grid, const Policy& policy)
     : cell_area_(grid.cell_area()), policy_(policy), planned_(first_step(policy)),
       limit_(std::holds_alternative<FixedSteps>(policy) ? StepLimit::fixed : StepLimit::growth) {}
+
+void StepControl::start(double time_scale) {
+    if (const auto* error = std::get_if<ErrorSteps>(&policy_))
+        planned_ = time_scale * std::pow(error->tolerance, 1.0 / error->order);
+}
 
 StepControl::Step StepControl::next(double time, double target) const {
     const double left = target - time;
@@ -74,6 +81,11 @@ bool StepControl::judge_by_projection(const ProjectionSteps& policy, const Step&
     const double tolerance = policy.tolerance * cell_area_;
     const double by_projection =
         measure > 0.0 ? policy.safety * std::sqrt(tolerance / measure) : std::numeric_limits<double>::infinity();
+    if (measure > policy.largest_excess * tolerance && step.dt > policy.smallest_step) {
+        limit_ = StepLimit::projection;
+        planned_ = std::max(step.dt * std::max(by_projection, 0.1), policy.smallest_step);
+        return false;
+    }
     const double factor = std::min(policy.largest_growth, by_projection);
     limit_ = by_projection < policy.largest_growth ? StepLimit::projection : StepLimit::growth;
     double proposal = step.dt * factor;
@@ -103,10 +115,12 @@ bool StepControl::judge_by_error(const ErrorSteps& policy, const Step& step, con
     double proposal = step.dt * factor;
     if ((step.limit == StepLimit::output || step.limit == StepLimit::yield) && pi >= 1.0)
         proposal = std::max(proposal, planned_);
-    if (proposal > attempt.stable_step) {
-        proposal = attempt.stable_step;
-        limit_ = StepLimit::relaxation;
-    }
+    for (const auto& [longest, limit] :
+         {std::pair{attempt.relaxation_step, StepLimit::relaxation}, std::pair{attempt.advection_step, StepLimit::advection}})
+        if (proposal > longest) {
+            proposal = longest;
+            limit_ = limit;
+        }
     planned_ = proposal;
     return true;
 }

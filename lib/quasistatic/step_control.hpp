@@ -2,6 +2,7 @@
 #include <ductile/quasistatic/time_stepper.hpp>
 #include <ductile/space/grid.hpp>
 
+#include <limits>
 #include <string>
 #include <utility>
 #include <variant>
@@ -14,7 +15,7 @@ struct FixedSteps {
     double dt = 0.0;
 };
 
-/// Steps by the size of the projection (Sec. 7, Table 2), in natural units. No step is rejected, as in the paper.
+/// Steps by the size of the projection (Sec. 7, Table 2), in natural units.
 struct ProjectionSteps {
     double tolerance = 0.001;     ///< F_Q: Q* is held near F_Q h^2 (h^2 = dx dy), Q* as in Projection::apply
     double largest_growth = 2.0;  ///< F_max
@@ -22,13 +23,14 @@ struct ProjectionSteps {
     double smallest_step = 1e-6;  ///< Delta t_min
     double largest_step = 1000.0; ///< Delta t_max
     double first_step = 10.0;     ///< Delta t_init
+    /// A step whose Q* exceeds this many times its tolerance is repeated shorter; infinity: none is, as in the paper.
+    double largest_excess = std::numeric_limits<double>::infinity();
 };
 
 /// Steps by the estimated error of the whole step: a PI controller (Gustafsson) with rejection, in natural units.
 struct ErrorSteps {
-    double tolerance = 1e-4;    ///< of the error norm of one step: sigma/s_Y and chi/chi_inf
-    int order = 3;              ///< the estimate falls with this power of dt
-    double first_step = 1000.0; ///< cut by rejection where it is too long
+    double tolerance = 1e-4; ///< of the error norm of one step: sigma/s_Y and chi/chi_inf
+    int order = 3;           ///< the estimate falls with this power of dt
     double safety = 0.9;
     double largest_growth = 5.0;
     double smallest_shrink = 0.2;
@@ -36,7 +38,7 @@ struct ErrorSteps {
 };
 
 /// Why a step has its length; shown in the progress line.
-enum class StepLimit { fixed, projection, accuracy, relaxation, growth, largest, smallest, yield, output };
+enum class StepLimit { fixed, projection, accuracy, relaxation, advection, growth, largest, smallest, yield, output };
 [[nodiscard]] const char* to_string(StepLimit limit);
 
 /// Chooses the steps of a run; every step is cut so that it lands exactly on the next target time (snapshots, knots of the wall
@@ -45,6 +47,10 @@ class StepControl {
 public:
     using Policy = std::variant<FixedSteps, ProjectionSteps, ErrorSteps>;
     StepControl(const Grid& grid, const Policy& policy);
+
+    /// Plans the first step of a run from TimeStepper::time_scale(): steps by the error start with the step after which a method
+    /// of their order may be off by the tolerance; where it is too long, rejection cuts it.
+    void start(double time_scale);
 
     struct Step {
         double dt = 0.0;

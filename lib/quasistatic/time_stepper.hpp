@@ -1,5 +1,6 @@
 #pragma once
 #include <ductile/quasistatic/scene.hpp>
+#include <ductile/quasistatic/schemes.hpp>
 
 #include <cstddef>
 #include <limits>
@@ -9,24 +10,14 @@
 
 namespace ductile::quasistatic {
 
-/// The time integrators by name.
-enum class Scheme {
-    euler,            ///< first-order projection, forward Euler
-    substepped,       ///< first-order projection, substepped plasticity
-    incremental,      ///< second-order incremental projection
-    ralston,          ///< index-reduced, Lu & Rycroft's Table A.4 (order 2)
-    bogacki_shampine, ///< index-reduced, order 3
-    dormand_prince,   ///< index-reduced, order 5
-    chebyshev,        ///< index-reduced, stabilised, order 2
-};
-
 /// What an attempted step found.
 struct StepAttempt {
     /// How good the step was, for the step control: Q* of the projection schemes (see Projection::apply), the estimated error of
     /// the index-reduced ones (largest of the norms (59) of sigma/s_Y and chi/chi_inf).
     double measure = 0.0;
-    /// Longest next step that is stable by the relaxation rate of the plastic flow, where the method knows.
-    double stable_step = std::numeric_limits<double>::infinity();
+    /// Longest next steps that are stable by the relaxation rate of the plastic flow and by advection, where the method knows.
+    double relaxation_step = std::numeric_limits<double>::infinity();
+    double advection_step = std::numeric_limits<double>::infinity();
 };
 
 /// Work done since construction.
@@ -35,6 +26,8 @@ struct StepperCounts {
     long long evaluations = 0;        ///< right-hand sides of the method of lines
     long long pointwise_substeps = 0; ///< accepted substeps of the RK2(1) pair, summed over plastic cells
     long long rejected_substeps = 0;
+    long long inner_steps = 0; ///< of SUNDIALS
+    long long rejected_inner_steps = 0;
 };
 
 /// Wall seconds by phase since construction, in the order of printing.
@@ -45,6 +38,9 @@ class TimeStepper {
 public:
     virtual ~TimeStepper() = default;
 
+    /// Time in which the state would change by the units of its error norm at the rate it starts with; infinity where the scheme
+    /// does not know rates. For the choice of a first step.
+    [[nodiscard]] virtual double time_scale() { return std::numeric_limits<double>::infinity(); }
     /// A step of length dt or a shorter one: where all cells are elastic and the first is about to yield, schemes of higher order
     /// end the step at that moment, because no Runge-Kutta method keeps its order across the corner.
     [[nodiscard]] virtual double limit_step(double dt) { return dt; }

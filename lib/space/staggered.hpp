@@ -1,6 +1,6 @@
 #pragma once
 #include <ductile/base/simd.hpp>
-#include <ductile/material/elasticity.hpp>
+#include <ductile/base/tensor.hpp>
 #include <ductile/space/field.hpp>
 #include <ductile/space/grid.hpp>
 
@@ -10,11 +10,6 @@
 namespace ductile {
 
 inline namespace DUCTILE_VECTOR_ABI {
-
-/// Velocity gradient at a vector of cell centres: ux = du/dx, uy = du/dy, vx = dv/dx, vy = dv/dy.
-struct VelocityGradient {
-    Pack ux, uy, vx, vy;
-};
 
 /// The four corner values of one velocity component around a vector of cells.
 struct Corners {
@@ -30,24 +25,11 @@ struct Corners {
     [[nodiscard]] Pack difference_y() const { return (upper_left + upper_right) - (lower_left + lower_right); }
 };
 
-[[nodiscard, gnu::DUCTILE_ALWAYS_INLINE]] inline VelocityGradient
+/// At a vector of cell centres.
+[[nodiscard, gnu::DUCTILE_ALWAYS_INLINE]] inline VelocityGradient<Pack>
 velocity_gradient(const Corners& u, const Corners& v, double half_inverse_dx, double half_inverse_dy) {
     return {u.difference_x() * Pack(half_inverse_dx), u.difference_y() * Pack(half_inverse_dy),
             v.difference_x() * Pack(half_inverse_dx), v.difference_y() * Pack(half_inverse_dy)};
-}
-
-/// The components of Eq. (1) at a vector of cells: a stress or a stress rate.
-struct StressPack {
-    Pack p, s, tau, q;
-};
-
-/// C : D for the gradient, Eq. (42) in the components of Eq. (1):
-///   p = -K tr D, s = mu (ux - vy), tau = mu (uy + vx), q = -(mu/3) tr D  (sigma_zz = -p + 2q = (K - 2 mu/3) tr D).
-[[nodiscard, gnu::DUCTILE_ALWAYS_INLINE]] inline StressPack elastic_rate(const IsotropicElasticity& c,
-                                                                         const VelocityGradient& g) {
-    const Pack trace = g.ux + g.vy;
-    const Pack mu(c.shear_modulus);
-    return {Pack(-c.bulk_modulus) * trace, mu * (g.ux - g.vy), mu * (g.uy + g.vx), Pack(-c.shear_modulus / 3.0) * trace};
 }
 
 } // namespace DUCTILE_VECTOR_ABI

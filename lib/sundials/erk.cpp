@@ -1,47 +1,26 @@
-#include <ductile/base/error.hpp>
 #include <ductile/sundials/erk.hpp>
+#include <ductile/sundials/integration.hpp>
 
 #include <arkode/arkode_erkstep.h>
-#include <nvector/nvector_serial.h>
-#include <sundials/sundials_context.h>
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
-#include <exception>
-#include <fmt/format.h>
-#include <string>
-#include <type_traits>
 #include <utility>
 
 namespace ductile::sundials {
 
 namespace {
 
-template <auto release> struct Deleter {
-    template <class T> void operator()(T* p) const { release(p); }
-};
-template <class Handle, auto release> using Owner = std::unique_ptr<std::remove_pointer_t<Handle>, Deleter<release>>;
+constexpr const char* who = "ERK integrator";
 
-using Context = Owner<SUNContext, [](SUNContext c) { SUNContext_Free(&c); }>;
-using Vector = Owner<N_Vector, [](N_Vector v) { N_VDestroy(v); }>;
-using Table = Owner<ARKodeButcherTable, [](ARKodeButcherTable t) { ARKodeButcherTable_Free(t); }>;
-using Stepper = Owner<void*, [](void* memory) { ERKStepFree(&memory); }>;
+void free_stepper(void* stepper) { ERKStepFree(&stepper); }
 
-template <class Handle> auto* made(Handle* handle, const char* what) {
-    if (handle == nullptr)
-        throw RunError(fmt::format("SUNDIALS could not create its {}: memory is short or its arguments are wrong", what));
-    return handle;
-}
-
-void check(const ErkOptions& o, std::size_t components) {
+void check(const ErkOptions& o) {
     const auto require = [](bool holds, const char* what) {
         if (!holds)
-            throw InputError(fmt::format("ERK integrator: {}", what));
+            throw InputError(fmt::format("{}: {}", who, what));
     };
-    require(components > 0, "a system needs at least one component");
-    require(o.relative_tolerance >= 0.0 && o.absolute_tolerance >= 0.0 && o.relative_tolerance + o.absolute_tolerance > 0.0,
-            "tolerances must not be negative, and one of them must be positive");
+    check_tolerances(who, o.relative_tolerance, o.absolute_tolerance);
     require(o.fixed_step >= 0.0 && std::isfinite(o.fixed_step), "the fixed step must be finite, and zero or positive");
     require(o.first_step >= 0.0 && std::isfinite(o.first_step), "the first step must be finite, and zero or positive");
     require(o.largest_step >= 0.0, "the largest step must be zero or positive");
@@ -54,28 +33,18 @@ void check(const ErkOptions& o, std::size_t components) {
     }
 }
 
-/// ARKODE's names of its flags with advice in place of the number.
-std::string explain(int flag) {
-    switch (flag) {
-    case ARK_TOO_MUCH_WORK:
-        return "too many steps between two outputs";
-    case ARK_TOO_MUCH_ACC:
-        return "the tolerances ask for more than double precision has: loosen them";
-    case ARK_ERR_FAILURE:
-        return "the error test failed again and again, or the step shrank to its minimum: the right-hand side may be "
-               "discontinuous";
-    case ARK_RHSFUNC_FAIL:
-    case ARK_FIRST_RHSFUNC_ERR:
-    case ARK_REPTD_RHSFUNC_ERR:
-    case ARK_UNREC_RHSFUNC_ERR:
-        return "the right-hand side is not finite (at a stage of the step; a largest step may help)";
-    default:
+ARKODE_ERKTableID table_of(ErkMethod method) {
+    switch (method) {
+    case ErkMethod::bogacki_shampine:
+        return ARKODE_BOGACKI_SHAMPINE_4_2_3;
+    case ErkMethod::zonneveld:
+        return ARKODE_ZONNEVELD_5_3_4;
+    case ErkMethod::cash_karp:
+        return ARKODE_CASH_KARP_6_4_5;
+    case ErkMethod::dormand_prince:
         break;
     }
-    char* const name = ERKStepGetReturnFlagName(flag);
-    std::string text = name != nullptr ? name : "no name";
-    std::free(name);
-    return text;
+    return ARKODE_DORMAND_PRINCE_7_4_5;
 }
 
 } // namespace
@@ -92,143 +61,129 @@ ErkTable paper_rk21() {
 class ErkIntegrator::Memory {
 public:
     Memory(RightHandSide f, std::size_t components, const ErkOptions& options)
-        : f_(std::move(f)), options_(options), components_(static_cast<sunindextype>(components)) {
-        check(options, components);
-        SUNContext context = nullptr;
-        if (SUNContext_Create(nullptr, &context) != 0)
-            throw RunError("SUNDIALS could not create its context");
-        context_.reset(context);
-        y_.reset(made(N_VNew_Serial(components_, context), "vector"));
-        N_VConst(0.0, y_.get());
-        stepper_.reset(made(ERKStepCreate(&Memory::rate, 0.0, y_.get(), context), "explicit Runge-Kutta integrator"));
+        : integration_(who, &ERKStepGetReturnFlagName, std::move(f), components), options_(options) {
+        check(options);
+        stepper_.reset(made(ERKStepCreate(&Memory::rate, 0.0, integration_.state(), integration_.context()),
+                            "explicit Runge-Kutta integrator"));
         void* const stepper = stepper_.get();
-        call(ERKStepSetErrHandlerFn(stepper, &Memory::note, this), "install its error handler");
+        call(ERKStepSetErrHandlerFn(stepper, &Integration::note, &integration_), "install its error handler");
         call(ERKStepSetUserData(stepper, this), "take its user data");
         call(ERKStepSStolerances(stepper, options.relative_tolerance, options.absolute_tolerance), "take the tolerances");
+        // Seven, the default, is too few where a long step meets the corner of a rate at yield.
+        call(ERKStepSetMaxErrTestFails(stepper, 50), "take the number of rejections");
         set_table();
+        if (options.step_control == StepControl::lu_rycroft)
+            set_step_control_of_lu_rycroft();
     }
-    Memory(const Memory&) = delete;
+
+    Memory(const Memory&) = delete; // its address is the user data
     Memory& operator=(const Memory&) = delete;
 
-    void integrate(std::span<double> y, double t0, double t1) {
-        if (static_cast<sunindextype>(y.size()) != components_)
-            throw InputError(fmt::format("ERK integrator: a state of {} components was given, the system has {}", y.size(),
-                                         static_cast<long long>(components_)));
-        if (!(t1 > t0) || !std::isfinite(t1 - t0))
-            throw InputError(fmt::format("ERK integrator: the interval from {} to {} is empty or not finite", t0, t1));
-        std::copy(y.begin(), y.end(), N_VGetArrayPointer(y_.get()));
-        void* const stepper = stepper_.get();
-        collect_counts();
-        call(ERKStepReInit(stepper, &Memory::rate, t0, y_.get()), "start at the given state");
-        current_ = {}; // it set the counters of SUNDIALS to zero
+    void integrate(std::span<double> y, double t0, double t1, const StepObserver& observe) {
+        integration_.begin(y, t0, t1);
+        earlier_ = counts();
+        call(ERKStepReInit(stepper_.get(), &Memory::rate, t0, integration_.state()), "start at the given state");
         if (options_.fixed_step > 0.0)
-            fixed_steps(t0, t1);
+            fixed_steps(t0, t1, observe);
         else
-            adaptive_steps(t0, t1);
-        const double* const result = N_VGetArrayPointer(y_.get());
-        std::copy_n(result, y.size(), y.begin());
+            adaptive_steps(t0, t1, observe);
+        std::ranges::copy(integration_.values(), y.begin());
     }
 
-    [[nodiscard]] ErkCounts counts() {
-        collect_counts();
-        return total_;
+    /// ReInit sets the counters of SUNDIALS to zero.
+    [[nodiscard]] Counts counts() {
+        long steps = 0, rejected = 0;
+        call(ERKStepGetNumSteps(stepper_.get(), &steps), "count steps");
+        call(ERKStepGetNumErrTestFails(stepper_.get(), &rejected), "count rejections");
+        return {earlier_.steps + steps, earlier_.rejected + rejected, integration_.evaluations()};
     }
 
 private:
+    void call(int flag, const char* what) { integration_.call(flag, what); }
+
     void set_table() {
         if (!options_.table) {
-            call(ERKStepSetTableNum(stepper_.get(), ARKODE_DORMAND_PRINCE_7_4_5), "take the method of Dormand and Prince");
+            call(ERKStepSetTableNum(stepper_.get(), table_of(options_.method)), "take the method");
             return;
         }
         ErkTable t = *options_.table; // a copy: the C interface wants pointers to non-const
-        const Table table(made(ARKodeButcherTable_Create(static_cast<int>(t.c.size()), t.order, t.embedded_order, t.c.data(),
-                                                         t.a.data(), t.b.data(), t.d.data()),
-                               "Butcher table"));
+        const Owner<ARKodeButcherTable, ARKodeButcherTable_Free> table(
+            made(ARKodeButcherTable_Create(static_cast<int>(t.c.size()), t.order, t.embedded_order, t.c.data(), t.a.data(),
+                                           t.b.data(), t.d.data()),
+                 "Butcher table"));
         call(ERKStepSetTable(stepper_.get(), table.get()), "take the Butcher table");
     }
 
+    void set_step_control_of_lu_rycroft() {
+        constexpr int no_defaults = 0, exponent_by_order_of_method = 1;
+        double exponent[3] = {1.0, 0.0, 0.0};
+        void* const stepper = stepper_.get();
+        call(ERKStepSetAdaptivityMethod(stepper, ARK_ADAPT_I, no_defaults, exponent_by_order_of_method, exponent),
+             "take the step control");
+        call(ERKStepSetErrorBias(stepper, 1.0), "take the bias of the error");
+        call(ERKStepSetSafetyFactor(stepper, 0.9), "take f_s");
+        call(ERKStepSetMaxGrowth(stepper, 3.0), "take f_max");
+        call(ERKStepSetMaxFirstGrowth(stepper, 3.0), "take f_max for the first step");
+        call(ERKStepSetMinReduction(stepper, 1.0 / 3.0), "take f_min");
+        call(ERKStepSetMaxEFailGrowth(stepper, 1.0), "take the factor after rejections");
+        call(ERKStepSetFixedStepBounds(stepper, 1.0, 1.0), "change the step every time");
+    }
+
     /// One by one and without a stop time, which would return an interpolated state.
-    void fixed_steps(double t0, double t1) {
+    void fixed_steps(double t0, double t1, const StepObserver& observe) {
         const double steps = std::max(1.0, std::round((t1 - t0) / options_.fixed_step));
         if (steps > static_cast<double>(options_.largest_step_count))
-            give_up(t0);
+            integration_.give_up(options_.largest_step_count, t0);
         call(ERKStepSetFixedStep(stepper_.get(), (t1 - t0) / steps), "take the fixed step");
         double t = t0;
         for (long long n = 0; n < static_cast<long long>(steps); ++n)
-            evolve(t0 + (t1 - t0) * 2.0, t);
+            evolve(t0 + (t1 - t0) * 2.0, t, observe);
     }
 
-    void adaptive_steps(double t0, double t1) {
+    void adaptive_steps(double t0, double t1, const StepObserver& observe) {
         void* const stepper = stepper_.get();
         call(ERKStepSetFixedStep(stepper, 0.0), "switch error control on");
-        call(ERKStepSetInitStep(stepper, std::min(options_.first_step, t1 - t0)), "take the first step");
+        const bool whole_interval = options_.step_control == StepControl::lu_rycroft && options_.first_step == 0.0;
+        const double first_step = whole_interval ? t1 - t0 : std::min(options_.first_step, t1 - t0);
+        call(ERKStepSetInitStep(stepper, first_step), "take the first step");
         call(ERKStepSetMaxStep(stepper, options_.largest_step), "take the largest step");
         call(ERKStepSetStopTime(stepper, t1), "take the end of the interval");
         double t = t0;
-        for (long long n = 0; evolve(t1, t) != ARK_TSTOP_RETURN;)
+        for (long long n = 0; evolve(t1, t, observe) != ARK_TSTOP_RETURN;)
             if (++n >= options_.largest_step_count)
-                give_up(t);
-    }
-
-    [[noreturn]] void give_up(double t) const {
-        throw RunError(fmt::format("ERK integrator: more than {} steps are needed (at t = {:.6g}): loosen the tolerances or "
-                                   "allow more",
-                                   options_.largest_step_count, t));
+                integration_.give_up(options_.largest_step_count, t);
     }
 
     /// One step; `t` becomes the time reached. Returns the flag, which is not an error.
-    int evolve(double towards, double& t) {
-        const int flag = ERKStepEvolve(stepper_.get(), towards, y_.get(), &t, ARK_ONE_STEP);
-        if (exception_)
-            std::rethrow_exception(std::exchange(exception_, nullptr));
-        call(flag, fmt::format("step from t = {:.6g}", t));
+    int evolve(double towards, double& t, const StepObserver& observe) {
+        step_start_ = t;
+        const int flag = ERKStepEvolve(stepper_.get(), towards, integration_.state(), &t, ARK_ONE_STEP);
+        integration_.check_step(flag, step_start_);
+        if (!last_rate_finite_) // that of the state reached
+            integration_.check_step(ARK_UNREC_RHSFUNC_ERR, t);
+        if (observe)
+            observe(t, integration_.values());
         return flag;
     }
 
-    void call(int flag, std::string_view what) {
-        const std::string note = std::exchange(note_, {});
-        if (flag < 0)
-            throw RunError(fmt::format("SUNDIALS could not {}: {}{}{}", what, explain(flag), note.empty() ? "" : "; ", note));
+    /// ERKStep of SUNDIALS 6 ends when the rate of a stage fails. A rate beyond all bounds makes its error test reject the step
+    /// instead; at the beginning of a step, where no shorter one helps, and without an error test it remains a failure.
+    static int rate(sunrealtype t, N_Vector y, N_Vector rate, void* memory) {
+        Memory& self = *static_cast<Memory*>(memory);
+        const int status = Integration::rate(t, y, rate, &self.integration_);
+        self.last_rate_finite_ = status == 0;
+        if (status <= 0 || self.options_.fixed_step > 0.0 || t == self.step_start_)
+            return status;
+        N_VConst(1e150, rate);
+        return 0;
     }
 
-    void collect_counts() {
-        long steps = 0, rejected = 0, evaluations = 0;
-        call(ERKStepGetNumSteps(stepper_.get(), &steps), "count steps");
-        call(ERKStepGetNumErrTestFails(stepper_.get(), &rejected), "count rejections");
-        call(ERKStepGetNumRhsEvals(stepper_.get(), &evaluations), "count evaluations");
-        total_.steps += steps - current_.steps;
-        total_.rejected += rejected - current_.rejected;
-        total_.evaluations += evaluations - current_.evaluations;
-        current_ = {steps, rejected, evaluations};
-    }
-
-    static int rate(sunrealtype t, N_Vector y, N_Vector rate, void* self_pointer) {
-        Memory& self = *static_cast<Memory*>(self_pointer);
-        const auto size = static_cast<std::size_t>(self.components_);
-        const std::span<double> result(N_VGetArrayPointer(rate), size);
-        try { // an exception must not cross the frames of a C library
-            self.f_(t, std::span<const double>(N_VGetArrayPointer(y), size), result);
-        } catch (...) {
-            self.exception_ = std::current_exception();
-            return -1;
-        }
-        return std::all_of(result.begin(), result.end(), [](double x) { return std::isfinite(x); }) ? 0 : 1;
-    }
-
-    /// Keeps what ARKODE would print.
-    static void note(int, const char*, const char*, char* message, void* self_pointer) {
-        static_cast<Memory*>(self_pointer)->note_ = message;
-    }
-
-    RightHandSide f_;
+    Integration integration_; // first made, last destroyed
     ErkOptions options_;
-    sunindextype components_;
-    Context context_; // first made, last destroyed
-    Vector y_;
-    Stepper stepper_;
-    ErkCounts total_, current_;
-    std::exception_ptr exception_;
-    std::string note_;
+    Owner<void*, free_stepper> stepper_;
+    Counts earlier_; ///< before the last ReInit
+    double step_start_ = 0.0;
+    bool last_rate_finite_ = true;
 };
 
 ErkIntegrator::ErkIntegrator(RightHandSide f, std::size_t components, const ErkOptions& options)
@@ -237,8 +192,10 @@ ErkIntegrator::~ErkIntegrator() = default;
 ErkIntegrator::ErkIntegrator(ErkIntegrator&&) noexcept = default;
 ErkIntegrator& ErkIntegrator::operator=(ErkIntegrator&&) noexcept = default;
 
-void ErkIntegrator::integrate(std::span<double> y, double t0, double t1) { memory_->integrate(y, t0, t1); }
+void ErkIntegrator::integrate(std::span<double> y, double t0, double t1, const StepObserver& observe) {
+    memory_->integrate(y, t0, t1, observe);
+}
 
-ErkCounts ErkIntegrator::counts() const { return memory_->counts(); }
+Counts ErkIntegrator::counts() const { return memory_->counts(); }
 
 } // namespace ductile::sundials

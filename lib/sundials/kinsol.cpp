@@ -1,9 +1,9 @@
 #include <ductile/base/error.hpp>
+#include <ductile/sundials/integration.hpp>
 #include <ductile/sundials/kinsol.hpp>
 
 #include <kinsol/kinsol.h>
 #include <nvector/nvector_serial.h>
-#include <sundials/sundials_context.h>
 #include <sunlinsol/sunlinsol_pcg.h>
 #include <sunlinsol/sunlinsol_spbcgs.h>
 #include <sunlinsol/sunlinsol_spfgmr.h>
@@ -13,28 +13,16 @@
 #include <cmath>
 #include <exception>
 #include <fmt/format.h>
-#include <type_traits>
 #include <utility>
 
 namespace ductile::sundials {
 
 namespace {
 
-template <auto release> struct Deleter {
-    template <class T> void operator()(T* p) const { release(p); }
-};
-template <class Handle, auto release> using Owner = std::unique_ptr<std::remove_pointer_t<Handle>, Deleter<release>>;
-
-using Context = Owner<SUNContext, [](SUNContext c) { SUNContext_Free(&c); }>;
+using Context = Owner<SUNContext, free_context>;
 using Vector = Owner<N_Vector, [](N_Vector v) { N_VDestroy(v); }>;
 using Linear = Owner<SUNLinearSolver, [](SUNLinearSolver s) { SUNLinSolFree(s); }>;
 using Solver = Owner<void*, [](void* memory) { KINFree(&memory); }>;
-
-template <class Handle> auto* made(Handle* handle, const char* what) {
-    if (handle == nullptr)
-        throw RunError(fmt::format("SUNDIALS could not create its {}: memory is short or its arguments are wrong", what));
-    return handle;
-}
 
 /// What KINSOL's flags mean to someone who wants a solution; its own names of some of them are missing.
 std::string explain(int flag) {
@@ -65,8 +53,6 @@ std::string explain(int flag) {
         return fmt::format("KINSOL ended with its flag {}", flag);
     }
 }
-
-std::span<double> values(N_Vector v) { return {N_VGetArrayPointer(v), static_cast<std::size_t>(N_VGetLength(v))}; }
 
 } // namespace
 
@@ -131,13 +117,13 @@ public:
     KinsolResult solve(const KinsolSystem& system, std::span<double> u, double tolerance, double typical_u) {
         system_ = &system;
         linearised_ = false;
-        std::copy(u.begin(), u.end(), values(u_.get()).begin());
+        std::copy(u.begin(), u.end(), view(u_.get()).begin());
         N_VConst(1.0 / typical_u, u_scale_.get());
         call(KINSetFuncNormTol(solver_.get(), tolerance), "take the tolerance");
         const int flag = KINSol(solver_.get(), u_.get(), KIN_LINESEARCH, u_scale_.get(), f_scale_.get());
         if (exception_)
             std::rethrow_exception(std::exchange(exception_, nullptr));
-        const std::span<const double> end = values(u_.get());
+        const std::span<const double> end = view(u_.get());
         std::copy(end.begin(), end.end(), u.begin());
         KinsolResult result{.converged = flag == KIN_SUCCESS || flag == KIN_INITIAL_GUESS_OK, .counts = counts()};
         if (!result.converged) {
@@ -189,8 +175,8 @@ private:
 
     static int residual(N_Vector u, N_Vector f, void* self_pointer) {
         Memory& self = *static_cast<Memory*>(self_pointer);
-        const std::span<double> result = values(f);
-        const int flag = self.guarded([&] { self.system_->residual(values(u), result); });
+        const std::span<double> result = view(f);
+        const int flag = self.guarded([&] { self.system_->residual(view(u), result); });
         const bool finite = std::all_of(result.begin(), result.end(), [](double x) { return std::isfinite(x); });
         return flag != 0 ? flag : finite ? 0 : 1;
     }
@@ -198,21 +184,21 @@ private:
     static int set_up(N_Vector u, N_Vector, N_Vector, N_Vector, void* self_pointer) {
         Memory& self = *static_cast<Memory*>(self_pointer);
         self.linearised_ = true;
-        return self.guarded([&] { self.system_->linearise(values(u)); });
+        return self.guarded([&] { self.system_->linearise(view(u)); });
     }
 
     static int precondition(N_Vector, N_Vector, N_Vector, N_Vector, N_Vector z, void* self_pointer) {
         Memory& self = *static_cast<Memory*>(self_pointer);
-        return self.guarded([&] { self.system_->precondition(values(z)); });
+        return self.guarded([&] { self.system_->precondition(view(z)); });
     }
 
     static int times(N_Vector s, N_Vector js, N_Vector u, booleantype* new_u, void* self_pointer) {
         Memory& self = *static_cast<Memory*>(self_pointer);
         return self.guarded([&] {
             if (*new_u && !std::exchange(self.linearised_, false))
-                self.system_->linearise(values(u));
+                self.system_->linearise(view(u));
             *new_u = SUNFALSE;
-            self.system_->jacobian_times(values(s), values(js));
+            self.system_->jacobian_times(view(s), view(js));
         });
     }
 

@@ -18,7 +18,7 @@ run(${CMAKE_COMMAND} --install ${BUILD_DIR} --prefix ${here}/prefix)
 file(RENAME ${here}/prefix "${prefix}")
 
 # Private headers stay behind: the library may include them, its users need not have what they include.
-file(GLOB_RECURSE private_headers "${prefix}/include/*hdf5_handle.hpp")
+file(GLOB_RECURSE private_headers "${prefix}/include/*hdf5_handle.hpp" "${prefix}/include/*integration.hpp")
 if(private_headers)
   message(FATAL_ERROR "a private header was installed: ${private_headers}")
 endif()

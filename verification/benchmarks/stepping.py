@@ -30,7 +30,7 @@ PHASES = ("predictor", "elliptic solve", "update", "output")
 
 
 def checkpoint(program, work):
-    folder = common.run(program, work / f"start-{CELLS}", {"cells": CELLS, "step": "adaptive", "duration": START, "snapshots": START})
+    folder = common.run(program, work / f"start-{CELLS}", {"cells": CELLS, "scheme": "incremental", "step": "adaptive", "duration": START, "snapshots": START})
     return folder / "checkpoint.h5"
 
 
@@ -41,7 +41,7 @@ def timed(program, work, start, threads, steps):
     folder.mkdir()
     shutil.copy(start, folder)
     subprocess.run(common.command(program, {
-        "restart": folder / "checkpoint.h5", "step": "fixed", "dt": "auto", "snapshots": START, "threads": threads, "quiet": "true",
+        "restart": folder / "checkpoint.h5", "scheme": "incremental", "step": "fixed", "dt": "auto", "snapshots": START, "threads": threads, "quiet": "true",
         "duration": START + steps * common.constant_step(CELLS)}), check=True)
     summary = common.summary(folder)
     done = summary["steps"] - common.summary(start.parent)["steps"]
@@ -69,7 +69,7 @@ def machine(program):
 def memory(program, work, cells=2520, steps=4):
     """Peak memory [GB] of a few steps with two snapshots: by the program's own account and by /usr/bin/time."""
     duration = steps * common.constant_step(cells)
-    started = common.command(program, {"cells": cells, "duration": duration, "snapshots": f"0,{duration}", "quiet": "true",
+    started = common.command(program, {"cells": cells, "scheme": "incremental", "step": "fixed", "duration": duration, "snapshots": f"0,{duration}", "quiet": "true",
                                        "output": work / "memory"})
     outside = Path("/usr/bin/time")
     done = subprocess.run(([outside, "-f", "%M"] if outside.exists() else []) + started, check=True, capture_output=True, text=True)

@@ -1,0 +1,34 @@
+#pragma once
+#include <ductile/io/program.hpp>
+#include <ductile/material/elasticity.hpp>
+#include <ductile/material/plasticity.hpp>
+#include <ductile/material/units.hpp>
+
+#include <string>
+
+namespace ductile {
+
+enum class PlasticityChoice { stz, perzyna };
+
+/// The material of a program, in SI; the defaults are Lu & Rycroft's metallic glass (Tables 1 and A.3).
+struct MaterialOptions {
+    IsotropicElasticity elasticity{.bulk_modulus = 122e9, .shear_modulus = 37.4e9};
+    PlasticityChoice plasticity = PlasticityChoice::stz;
+    StzParameters stz;
+    PerzynaParameters perzyna;
+    double yield_stress = 0.85e9; ///< of either model
+};
+
+/// Declares them all.
+void declare(io::Program& program, MaterialOptions& options);
+
+/// Stress in units of the yield stress, temperature in units of e_Z/k_B (Perzyna: the internal variable is a strain, unit 1).
+[[nodiscard]] Units natural_units(const MaterialOptions& options, double length);
+/// In natural units. Throw InputError for impossible values.
+[[nodiscard]] IsotropicElasticity make_elasticity(const MaterialOptions& options, const Units& units);
+[[nodiscard]] Plasticity make_plasticity(const MaterialOptions& options, const Units& units);
+
+/// "K = 122 GPa, mu = 37.4 GPa, STZ plasticity, yield stress 850 MPa".
+[[nodiscard]] std::string describe(const MaterialOptions& options);
+
+} // namespace ductile

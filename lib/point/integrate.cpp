@@ -1,0 +1,193 @@
+#include <ductile/base/error.hpp>
+#include <ductile/material/point_rates.hpp>
+#include <ductile/ode/rk21.hpp>
+#include <ductile/point/integrate.hpp>
+#include <ductile/sundials/cvode.hpp>
+#include <ductile/sundials/erk.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <optional>
+#include <span>
+#include <variant>
+
+namespace ductile::point {
+
+namespace {
+
+template <class M>
+State rate_of(const IsotropicElasticity& c, const M& model, const VelocityGradient<double>& g, const State& y) {
+    const auto [p, s, tau, q, internal] = y;
+    const StressComponents<double> elastic = elastic_rate(c, g);
+    const double turn = g.uy - g.vx;
+    const FlowState<double> source{elastic.s + turn * tau, elastic.tau - turn * s, elastic.q, 0.0};
+    const FlowState<double> slope = FlowRate<M, double>{model, 2.0 * c.shear_modulus, source}({s, tau, q, internal});
+    return {elastic.p, slope[0], slope[1], slope[2], slope[3]};
+}
+
+sundials::RightHandSide right_hand_side(const MaterialPoint& point, const VelocityGradient<double>& gradient) {
+    const auto with_model = [&](const auto& model) -> sundials::RightHandSide {
+        return [&point, &model, gradient](double, std::span<const double> y, std::span<double> slope) {
+            std::ranges::copy(rate_of(point.elasticity, model, gradient, {y[0], y[1], y[2], y[3], y[4]}), slope.begin());
+        };
+    };
+    return std::visit(with_model, point.plasticity);
+}
+
+/// Appends the steps of a segment that begins at the last time of the trajectory.
+class Appender {
+public:
+    explicit Appender(Trajectory& trajectory) : trajectory_(trajectory), start_(trajectory.time.back()) {}
+
+    void operator()(double t, std::span<const double> y) const {
+        trajectory_.time.push_back(start_ + t);
+        trajectory_.state.push_back({y[0], y[1], y[2], y[3], y[4]});
+    }
+
+private:
+    Trajectory& trajectory_;
+    double start_;
+};
+
+void append_rk21(const MaterialPoint& point, const Segment& segment, double tolerance, Trajectory& trajectory) {
+    const Appender append(trajectory);
+    State y = trajectory.state.back();
+    Rk21Counts counts;
+    double t = 0.0;
+    const auto observe = [&](bool accepted, double h, const State& state) {
+        if (!accepted)
+            return;
+        t = std::min(t + h, segment.duration);
+        append(t, state);
+    };
+    const auto with_model = [&](const auto& model) {
+        integrate_rk21([&](const State& x) { return rate_of(point.elasticity, model, segment.gradient, x); }, y, true,
+                       segment.duration, {.absolute_tolerance = tolerance, .relative_tolerance = tolerance}, counts, observe);
+    };
+    std::visit(with_model, point.plasticity);
+    if (counts.failed)
+        throw RunError(fmt::format("the step shrank to nothing at t = {:.6g}: the rates are not finite or hopelessly stiff",
+                                   trajectory.time.back()));
+    trajectory.counts.steps += counts.accepted;
+    trajectory.counts.rejected += counts.rejected;
+    trajectory.counts.evaluations += 1 + 2 * (counts.accepted + counts.rejected);
+}
+
+void add(sundials::Counts& sum, const sundials::Counts& counts) {
+    sum.steps += counts.steps;
+    sum.rejected += counts.rejected;
+    sum.evaluations += counts.evaluations;
+}
+
+void append_with(auto&& integrator, const Segment& segment, Trajectory& trajectory) {
+    State y = trajectory.state.back();
+    integrator.integrate(y, 0.0, segment.duration, Appender(trajectory));
+    add(trajectory.counts, integrator.counts());
+}
+
+sundials::ErkOptions erk_options(Method method, double tolerance) {
+    sundials::ErkOptions options{.relative_tolerance = tolerance, .absolute_tolerance = tolerance};
+    switch (method) {
+    case Method::arkode_rk21:
+        options.table = sundials::paper_rk21();
+        options.step_control = sundials::StepControl::lu_rycroft;
+        break;
+    case Method::bogacki_shampine:
+        options.method = sundials::ErkMethod::bogacki_shampine;
+        break;
+    case Method::zonneveld:
+        options.method = sundials::ErkMethod::zonneveld;
+        break;
+    case Method::cash_karp:
+        options.method = sundials::ErkMethod::cash_karp;
+        break;
+    default:
+        options.method = sundials::ErkMethod::dormand_prince;
+        break;
+    }
+    return options;
+}
+
+void append(const MaterialPoint& point, const Segment& segment, Method method, double tolerance, Trajectory& trajectory) {
+    if (method == Method::rk21)
+        return append_rk21(point, segment, tolerance, trajectory);
+    const sundials::RightHandSide f = right_hand_side(point, segment.gradient);
+    const std::size_t size = std::tuple_size_v<State>;
+    if (method == Method::adams || method == Method::bdf)
+        append_with(sundials::CvodeIntegrator(
+                        f, size,
+                        {.method = method == Method::bdf ? sundials::CvodeMethod::bdf : sundials::CvodeMethod::adams,
+                         .relative_tolerance = tolerance,
+                         .absolute_tolerance = tolerance}),
+                    segment, trajectory);
+    else
+        append_with(sundials::ErkIntegrator(f, size, erk_options(method, tolerance)), segment, trajectory);
+}
+
+} // namespace
+
+State rate(const MaterialPoint& point, const VelocityGradient<double>& gradient, const State& state) {
+    return std::visit([&](const auto& model) { return rate_of(point.elasticity, model, gradient, state); }, point.plasticity);
+}
+
+std::string_view name(Method method) {
+    switch (method) {
+    case Method::rk21:
+        return "rk21";
+    case Method::arkode_rk21:
+        return "arkode-2-rk21";
+    case Method::bogacki_shampine:
+        return "arkode-3-bogacki-shampine";
+    case Method::zonneveld:
+        return "arkode-4-zonneveld";
+    case Method::cash_karp:
+        return "arkode-5-cash-karp";
+    case Method::dormand_prince:
+        return "arkode-5-dormand-prince";
+    case Method::adams:
+        return "cvode-adams";
+    case Method::bdf:
+        return "cvode-bdf";
+    }
+    __builtin_unreachable();
+}
+
+Trajectory integrate(const MaterialPoint& point, const GradientHistory& history, const State& start, Method method,
+                     double tolerance) {
+    check(history);
+    Trajectory trajectory{.time = {0.0}, .state = {start}};
+    try {
+        for (const Segment& segment : history) {
+            append(point, segment, method, tolerance, trajectory);
+            trajectory.segment_end.push_back(trajectory.time.size() - 1);
+        }
+    } catch (const RunError& error) {
+        throw RunError(fmt::format("{}, tolerance {:g}, segment {} of the loading: {} (times in natural units); change the "
+                                   "tolerance, the rate of loading or the material",
+                                   name(method), tolerance, trajectory.segment_end.size() + 1, error.what()));
+    }
+    return trajectory;
+}
+
+double largest_error(const MaterialPoint& point, const GradientHistory& history, const Trajectory& trajectory) {
+    const double internal_scale = std::visit([](const auto& model) { return model.internal_scale(); }, point.plasticity);
+    const State scale{1.0, 1.0, 1.0, 1.0, internal_scale};
+    State y = trajectory.state.front();
+    double largest = 0.0;
+    std::size_t i = 1;
+    for (std::size_t k = 0; k < history.size(); ++k) {
+        sundials::ErkIntegrator reference(
+            right_hand_side(point, history[k].gradient), y.size(),
+            {.relative_tolerance = 1e-13, .absolute_tolerance = 1e-14, .first_step = history[k].duration});
+        for (; i <= trajectory.segment_end[k]; ++i) {
+            if (trajectory.time[i] > trajectory.time[i - 1])
+                reference.integrate(y, trajectory.time[i - 1], trajectory.time[i]);
+            for (std::size_t c = 0; c < y.size(); ++c)
+                largest = std::max(largest, std::abs(trajectory.state[i][c] - y[c]) / scale[c]);
+        }
+    }
+    return largest;
+}
+
+} // namespace ductile::point
