@@ -33,12 +33,12 @@ def main():
     text = f"# Energy\n\n{common.provenance()}\n\nColliding disks, energy left at t = 150 s of that at the start:\n\n"
     rows = [[method, *(f"{disks[method, dt][0]['energy_kept']:.4f}" if (method, dt) in disks else "" for dt in DISK_STEPS)]
             for method in METHODS]
-    text += common.markdown_table(["dt [s]", *DISK_STEPS], rows)
+    text += common.markdown_table(["dt [s]", *map(str, DISK_STEPS)], rows)
     numbers = [["disks", *row] for row in rows]
     for quantity, title in (("energy_kept", "energy left after ten periods"), ("period_s", "period, exactly 10 s")):
         rows = [[f"{method}, {shape}", *(f"{bars[method, shape, dt][quantity]:.5f}" if (method, shape, dt) in bars else "" for dt in BAR_STEPS)]
                 for method in METHODS for shape in SHAPES]
-        text += f"\nVibrating bar, 25 cells, {title}:\n\n" + common.markdown_table(["dt [s]", *BAR_STEPS], rows)
+        text += f"\nVibrating bar, 25 cells, {title}:\n\n" + common.markdown_table(["dt [s]", *map(str, BAR_STEPS)], rows)
         numbers += [[f"bar {quantity}", *row] for row in rows]
     common.publish(arguments.results, "energy", text, ["", "dt [s]", *DISK_STEPS], numbers)
 
