@@ -76,7 +76,8 @@ Result result_in(const fs::path& folder, const std::string& program) {
         result.vectors[name] = checkpoint.vector(std::string("particles/") + name);
     const std::vector<std::int64_t> id = checkpoint.integer_vector("particles/id");
     result.vectors["id"].assign(id.begin(), id.end());
-    for (const char* name : {"step", "newton_iterations", "linear_iterations", "residual_evaluations", "rejected_steps"})
+    for (const char* name : {"step", "newton_iterations", "linear_iterations", "residual_evaluations",
+                             "rejected_without_convergence", "steps_cut_by_rigid_travel"})
         result.counters[name] = checkpoint.counter(name);
     const Hdf5File fields = Hdf5File::open(folder / "fields.h5");
     for (const std::string& snapshot : fields.members("snapshots"))
@@ -140,12 +141,14 @@ TEST_CASE("upsetting: explicit and implicit runs press the billet alike; failing
     // a step of more than a cell is cut; a tolerance below round-off cannot be met by any step
     run_well("upsetting", scene + Arguments{"--dt", "1e-2", "--output", folder / "long"});
     CHECK(summary(folder / "long")["steps"].get<int>() >= 4);
+    CHECK(summary(folder / "long")["steps_cut_by_rigid_travel"] == summary(folder / "long")["steps"]);
     const Outcome outcome = run("upsetting", scene + Arguments{"--newton-iterations", "8", "--newton-tolerance", "1e-300",
                                                                "--output", folder / "hopeless"});
     CHECK(outcome.status == 1);
     CHECK(contains(outcome.errors, "failed even with dt = "));
     CHECK(summary(folder / "hopeless")["status"] == "failed");
     CHECK(summary(folder / "hopeless")["rejected_steps"].get<int>() > 20);
+    CHECK(summary(folder / "hopeless")["rejected_without_convergence"] == summary(folder / "hopeless")["rejected_steps"]);
 }
 
 TEST_CASE("upsetting without friction is uniaxial compression: the load follows the hardening law on the spread section") {

@@ -66,6 +66,7 @@ public:
         StepOutcome outcome{.newton_iterations = static_cast<int>(counts_.newton_iterations - before.newton_iterations),
                             .linear_iterations = static_cast<int>(counts_.linear_iterations - before.linear_iterations)};
         if (!solution.converged) {
+            outcome.failure = StepFailure::no_convergence;
             outcome.reason = solution.failure;
             return outcome;
         }
@@ -73,12 +74,14 @@ public:
         const Forecast forecast = balance_.discretisation().forecast(state.particles, motion);
         outcome.smallest_determinant = forecast.smallest_determinant;
         if (!(forecast.smallest_determinant > 0.0)) {
+            outcome.failure = StepFailure::folded_grid;
             outcome.reason = fmt::format("the step would fold the grid: its deformation has the determinant {:.3g} at a particle",
                                          forecast.smallest_determinant);
             return outcome;
         }
         if (forecast.leaving >= 0) {
             const auto p = static_cast<std::size_t>(forecast.leaving);
+            outcome.failure = StepFailure::leaving_particle;
             outcome.reason = fmt::format("particle {} at ({:.6g}, {:.6g}) m would leave the background grid",
                                          state.particles.id[p], state.particles.x[p], state.particles.y[p]);
             return outcome;

@@ -6,6 +6,8 @@
 
 #include <algorithm>
 #include <fmt/format.h>
+#include <functional>
+#include <string_view>
 
 namespace ductile::mpm {
 
@@ -18,7 +20,8 @@ io::RunStatus run(const Problem& problem, State& state, TimeStepper& stepper, St
             snapshots.push_back(time);
     std::sort(snapshots.begin(), snapshots.end(), std::greater<>());
 
-    std::int64_t rejected_steps = 0;
+    std::int64_t failures[4] = {}; // by StepFailure
+    std::int64_t steps_cut_by_rigid_travel = 0;
     const auto counters = [&] {
         const SolverCounts now = stepper.counts();
         std::map<std::string, std::int64_t> total{{"newton_iterations", now.newton_iterations},
@@ -26,7 +29,10 @@ io::RunStatus run(const Problem& problem, State& state, TimeStepper& stepper, St
                                                   {"residual_evaluations", now.residual_evaluations},
                                                   {"jacobian_products", now.jacobian_products},
                                                   {"backtracks", now.backtracks},
-                                                  {"rejected_steps", rejected_steps}};
+                                                  {"rejected_without_convergence", failures[1]},
+                                                  {"rejected_with_folded_grid", failures[2]},
+                                                  {"rejected_with_leaving_particle", failures[3]},
+                                                  {"steps_cut_by_rigid_travel", steps_cut_by_rigid_travel}};
         for (auto& [name, count] : total)
             count += checkpoint ? checkpoint->counter(name) : 0;
         return total;
@@ -48,7 +54,13 @@ io::RunStatus run(const Problem& problem, State& state, TimeStepper& stepper, St
     const auto describe_run = [&] {
         auto total = counters();
         summary.steps = state.step;
-        summary.rejected_steps = total["rejected_steps"];
+        summary.rejected_steps = 0;
+        for (const char* name : {"rejected_without_convergence", "rejected_with_folded_grid", "rejected_with_leaving_particle",
+                                 "steps_cut_by_rigid_travel"}) {
+            summary.rejected_steps += std::string_view(name).starts_with("rejected") ? total[name] : 0;
+            if (total[name] > 0)
+                summary.extra[name] = total[name];
+        }
         summary.newton_iterations = total["newton_iterations"];
         summary.linear_iterations = total["linear_iterations"];
         summary.residual_evaluations = total["residual_evaluations"];
@@ -83,13 +95,14 @@ io::RunStatus run(const Problem& problem, State& state, TimeStepper& stepper, St
             step = control.next(state);
             outcome = stepper.attempt(state, step.dt);
             if (!outcome.accepted) {
-                ++rejected_steps;
+                ++failures[static_cast<int>(outcome.failure)];
                 if (!control.failed(step))
                     throw RunError(fmt::format("step {} at t = {:.6g} s failed even with dt = {:.3g} s: {}", state.step + 1,
                                                state.time, step.dt, outcome.reason));
                 continue;
             }
             control.accepted(step);
+            steps_cut_by_rigid_travel += step.limit == "rigid travel" ? 1 : 0;
 
             Timer output;
             if (state.step % options.history_every == 0)

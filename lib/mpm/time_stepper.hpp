@@ -11,10 +11,14 @@
 
 namespace ductile::mpm {
 
+/// Why a step was not accepted.
+enum class StepFailure { none, no_convergence, folded_grid, leaving_particle };
+
 /// What an attempted step came to.
 struct StepOutcome {
     bool accepted = false;
-    std::string reason = {};           ///< why it was not, for messages and the progress line
+    StepFailure failure = StepFailure::none;
+    std::string reason = {};           ///< why it was not, in words
     double smallest_determinant = 1.0; ///< of the deformation of the step at any particle
     int newton_iterations = 0;
     int linear_iterations = 0;

@@ -1,0 +1,91 @@
+// Snapshots of particles in HDF5, described for ParaView.
+#include "io_scratch.hpp"
+#include "messages.hpp"
+
+#include <ductile/io/particle_snapshots.hpp>
+
+#include <doctest/doctest.h>
+
+#include <array>
+#include <vector>
+
+using namespace ductile;
+using namespace ductile::io;
+
+namespace {
+
+const std::vector<double> x{0.1, 0.2, 0.3}, y{1.0, 2.0, 3.0}, stress{5.0, -6.0, 7e-300};
+
+void write(ParticleSnapshotWriter& writer, double time, std::int64_t step, std::size_t particles) {
+    const std::array fields{ParticleField{"stress_xx", "Pa", std::span(stress).first(particles)}};
+    writer.write(time, step, std::span(x).first(particles), std::span(y).first(particles), fields);
+}
+
+} // namespace
+
+TEST_SUITE_BEGIN("particle_snapshots");
+
+TEST_CASE("what was written is read back, with its units, whatever the number of particles") {
+    const scratch::Folder folder;
+    ParticleSnapshotWriter writer(folder / "fields.h5", "upsetting", {}, {{"cell_width_m", 0.25}});
+    write(writer, 0.0, 0, 3);
+    CHECK_FALSE(scratch::fs::exists(folder / "fields.h5")); // it has its final name at the end only
+    write(writer, 0.5, 7, 2);
+    writer.finish();
+    const Hdf5File file = Hdf5File::open(folder / "fields.h5");
+    CHECK(file.text_attribute("/", "format") == "ductile particles 1");
+    CHECK(file.text_attribute("/", "program") == "upsetting");
+    CHECK(file.double_attribute("/", "cell_width_m") == 0.25);
+    CHECK(file.members("snapshots") == std::vector<std::string>{"000000", "000001"});
+    CHECK(file.double_attribute("snapshots/000001", "time_s") == 0.5);
+    CHECK(file.integer_attribute("snapshots/000001", "step") == 7);
+    CHECK(file.read_doubles("snapshots/000000/stress_xx") == stress);
+    CHECK(file.text_attribute("snapshots/000000/stress_xx", "units") == "Pa");
+    std::vector<double> position(4);
+    file.read("snapshots/000001/position", {position.data(), 2, 2, 2});
+    CHECK(position == std::vector<double>{0.1, 1.0, 0.2, 2.0});
+    const std::string xdmf = scratch::read(folder / "fields.xdmf");
+    CHECK(contains(xdmf, "NumberOfElements=\"2\""));
+    CHECK(contains(xdmf, "fields.h5:/snapshots/000001/position"));
+    CHECK(contains(xdmf, "<Time Value=\"0.5\"/>"));
+}
+
+TEST_CASE("a continued run keeps the snapshots up to its checkpoint") {
+    const scratch::Folder folder;
+    {
+        ParticleSnapshotWriter first(folder / "fields.h5", "upsetting");
+        for (const double time : {0.0, 1.0, 2.0})
+            write(first, time, static_cast<std::int64_t>(time), 3);
+    }
+    ParticleSnapshotWriter second(folder / "fields.h5", "upsetting", EarlierSnapshots{folder / "fields.h5", 1.5});
+    write(second, 2.5, 3, 3);
+    second.finish();
+    const Hdf5File file = Hdf5File::open(folder / "fields.h5");
+    CHECK(file.members("snapshots").size() == 3);
+    CHECK(file.double_attribute("snapshots/000001", "time_s") == 1.0);
+    CHECK(file.double_attribute("snapshots/000002", "time_s") == 2.5);
+    CHECK(contains(scratch::read(folder / "fields.xdmf"), "<Time Value=\"1\"/>"));
+}
+
+TEST_CASE("earlier snapshots of another kind are refused; a full disk leaves the earlier ones whole") {
+    const scratch::Folder folder;
+    Hdf5File::create(folder / "fields.h5").set_attribute("/", "format", std::string("ductile fields 1"));
+    CHECK(contains(message_of<InputError>([&] {
+                       ParticleSnapshotWriter(folder / "fields.h5", "upsetting", EarlierSnapshots{folder / "fields.h5", 1.0});
+                   }),
+                   "not a file of format 'ductile particles 1'"));
+
+    const std::vector<double> many(20'000, 1.0);
+    ParticleSnapshotWriter writer(folder / "other.h5", "upsetting");
+    write(writer, 0.0, 0, 3);
+    {
+        const scratch::FileSizeLimit limit(50'000);
+        CHECK_THROWS_AS(writer.write(1.0, 1, many, many, {}), RunError);
+    }
+    writer.finish();
+    const Hdf5File file = Hdf5File::open(folder / "other.h5");
+    CHECK(file.members("snapshots").size() == 1);
+    CHECK(file.read_doubles("snapshots/000000/stress_xx") == stress);
+}
+
+TEST_SUITE_END();
