@@ -120,7 +120,7 @@ def draw(result, limits, path, cost, label):
             axis.set_title(f"{model} model, {cells} x {cells}")
             axis.set_xlabel(label)
             axis.set_ylim(1e-8, 3e-2)
-        row[0].set_ylabel(r"error in time of $\\sigma/s_Y$ (dashed: error in space)")
+        row[0].set_ylabel(r"error in time of $\sigma/s_Y$ (dashed: error in space)")
     axes[0, -1].legend(fontsize=7)
     figure.savefig(path, dpi=90)
     plt.close(figure)
