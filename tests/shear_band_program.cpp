@@ -291,6 +291,7 @@ TEST_CASE("a restart of a restart gives the bits of the uninterrupted run") {
                                               {"chebyshev", "fixed", "full"},
                                               {"arkode-2", "fixed", "full"},
                                               {"arkode-3", "adaptive", "full"},
+                                              {"arkode-4", "adaptive", "reduced"},
                                               {"arkode-5", "fixed", "reduced"},
                                               {"cvode-adams", "adaptive", "full"},
                                               {"cvode-bdf", "adaptive", "full"},
