@@ -318,6 +318,44 @@ TEST_SUITE("index_reduced") {
         CHECK(fine.stress < 1e-6);
     }
 
+    TEST_CASE_FIXTURE(fields::OneThread, "the limits of steps: Courant rate of the velocity, time scale of the rates") {
+        const Grid grid{13, 9, 3.0, 2.0};
+        const double speed_u = U, speed_v = -0.4 * U;
+        for (const Model model : {Model::reduced, Model::full}) {
+            const Scene scene = fields::scene_on(grid, model, {speed_u, speed_v});
+            State state = at_rest(scene); // elastic: the velocity is affine, largest on the walls
+            CellState rate(grid);
+            const auto solver = fields::solver_for(scene);
+            const RateReport report =
+                MethodOfLines(scene, *solver, {}).evaluate(state.cells, scene.walls.after(0.0), state.velocity, rate);
+            const double expected = model == Model::full ? U / grid.dx() + 0.4 * U / grid.dy() : 0.0;
+            CHECK(std::abs(report.courant_rate - expected) < 1e-9 * U / grid.dx());
+        }
+        // simple shear of the stress-free solid: |d sigma/dt| = sqrt(2) mu U/(H/2), chi at rest
+        const Scene scene = fields::scene_on(grid, Model::reduced, {U, 0.0});
+        const auto stepper = stepper_for(Scheme::ralston, scene, at_rest(scene));
+        CHECK(stepper->time_scale() == doctest::Approx(1.0 / (std::sqrt(2.0) * mu * U)).epsilon(1e-9).scale(0.0));
+    }
+
+    TEST_CASE_FIXTURE(fields::OneThread,
+                      "the constraint projection of CVODE puts a stress into equilibrium, other schemes keep it out") {
+        const Scene scene = fields::scene_on({12, 10, 2.0, 2.0}, Model::reduced, {U, 0.0});
+        State start = flowing(scene);
+        for (int j = 0; j < 10; ++j)
+            for (int i = 0; i < 12; ++i)
+                start.cells.stress.s(i, j) += 0.01 * std::sin(1.0 + i * i + 3.0 * j);
+        fields::wrap(start.cells.stress.s);
+        VectorField force(scene.grid);
+        REQUIRE(equilibrium_residual(scene, start.cells, force) > 1e-3);
+        const auto residual_by = [&](Scheme scheme) {
+            const auto stepper = sundials_for(scheme, scene, start, {.tolerance = 1e-6});
+            fields::advance(*stepper, 2000.0, 2000.0);
+            return equilibrium_residual(scene, stepper->state().cells, force);
+        };
+        CHECK(residual_by(Scheme::cvode_bdf) < 1e-12);
+        CHECK(residual_by(Scheme::cvode_adams) > 1e-3);
+    }
+
     TEST_CASE("error control: PI steps, rejection, stability limit") {
         const Grid grid{8, 8, 2.0, 2.0};
         StepControl control(grid, ErrorSteps{.tolerance = 1e-4, .order = 3});
