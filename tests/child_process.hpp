@@ -9,6 +9,18 @@
 
 namespace scratch {
 
+using Arguments = std::vector<std::string>;
+
+inline Arguments operator+(Arguments first, const Arguments& second) {
+    first.insert(first.end(), second.begin(), second.end());
+    return first;
+}
+
+/// The command line of a program of this build.
+inline Arguments command(const std::string& program, const Arguments& arguments) {
+    return Arguments{std::string(DUCTILE_PROGRAMS) + "/" + program} + arguments;
+}
+
 /// A program run as users run it: its exit status (128 + signal if one killed it) and what it printed.
 class ChildProcess {
 public:
@@ -56,5 +68,17 @@ private:
     pid_t id_ = -1;
     int status_ = -1;
 };
+
+struct Outcome {
+    int status;
+    std::string output, errors;
+};
+
+/// A program of this build, run to its end.
+inline Outcome run(const std::string& program, const Arguments& arguments, rlim_t largest_file = RLIM_INFINITY) {
+    ChildProcess process(command(program, arguments), largest_file);
+    const int status = process.wait();
+    return {status, process.output(), process.errors()};
+}
 
 } // namespace scratch

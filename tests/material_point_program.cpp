@@ -10,21 +10,13 @@
 #include <string>
 #include <vector>
 
-using scratch::ChildProcess;
+using scratch::Outcome;
 namespace fs = std::filesystem;
 
 namespace {
 
-struct Outcome {
-    int status;
-    std::string output, errors;
-};
-
-Outcome run(std::vector<std::string> arguments, rlim_t largest_file = RLIM_INFINITY) {
-    arguments.insert(arguments.begin(), std::string(DUCTILE_PROGRAMS) + "/material_point");
-    ChildProcess process(arguments, largest_file);
-    const int status = process.wait();
-    return {status, process.output(), process.errors()};
+Outcome run(const scratch::Arguments& arguments, rlim_t largest_file = RLIM_INFINITY) {
+    return scratch::run("material_point", arguments, largest_file);
 }
 
 std::vector<std::string> lines_of(const fs::path& file) {

@@ -18,32 +18,15 @@
 
 using namespace ductile;
 using namespace ductile::io;
+using scratch::Arguments;
 using scratch::ChildProcess;
+using scratch::Outcome;
+using scratch::operator+;
+using scratch::command;
+using scratch::run;
 namespace fs = std::filesystem;
 
 namespace {
-
-using Arguments = std::vector<std::string>;
-
-Arguments operator+(Arguments first, const Arguments& second) {
-    first.insert(first.end(), second.begin(), second.end());
-    return first;
-}
-
-Arguments command(const std::string& program, const Arguments& arguments) {
-    return Arguments{std::string(DUCTILE_PROGRAMS) + "/" + program} + arguments;
-}
-
-struct Outcome {
-    int status;
-    std::string output, errors;
-};
-
-Outcome run(const std::string& program, const Arguments& arguments, rlim_t largest_file = RLIM_INFINITY) {
-    ChildProcess process(command(program, arguments), largest_file);
-    const int status = process.wait();
-    return {status, process.output(), process.errors()};
-}
 
 void run_well(const std::string& program, const Arguments& arguments) {
     const Outcome outcome = run(program, arguments + Arguments{"--quiet"});

@@ -17,34 +17,23 @@
 
 using namespace ductile;
 using namespace ductile::io;
+using scratch::Arguments;
 using scratch::ChildProcess;
+using scratch::Outcome;
+using scratch::operator+;
 namespace fs = std::filesystem;
 
 namespace {
-
-using Arguments = std::vector<std::string>;
-
-Arguments operator+(Arguments first, const Arguments& second) {
-    first.insert(first.end(), second.begin(), second.end());
-    return first;
-}
 
 /// A run that goes well into the plastic flow in a few dozen steps.
 const Arguments fixed_steps = {"--step", "fixed", "--dt", "0.02"};
 const Arguments small = {"--cells", "16x12", "--threads", "1", "--snapshots", "0,0.5,1", "--duration", "1"};
 const Arguments quick = small + fixed_steps;
 
-Arguments command(const Arguments& arguments) { return Arguments{std::string(DUCTILE_PROGRAMS) + "/shear_band"} + arguments; }
-
-struct Outcome {
-    int status;
-    std::string output, errors;
-};
+Arguments command(const Arguments& arguments) { return scratch::command("shear_band", arguments); }
 
 Outcome run(const Arguments& arguments, rlim_t largest_file = RLIM_INFINITY) {
-    ChildProcess process(command(arguments), largest_file);
-    const int status = process.wait();
-    return {status, process.output(), process.errors()};
+    return scratch::run("shear_band", arguments, largest_file);
 }
 
 void run_well(const Arguments& arguments) {
