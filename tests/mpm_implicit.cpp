@@ -17,23 +17,6 @@ namespace {
 
 double length(std::span<const double> v) { return std::sqrt(std::inner_product(v.begin(), v.end(), v.begin(), 0.0)); }
 
-/// A block under random stress that is about to be strained by some per cent in the step: both elastic and plastic particles.
-Block strained_block(ShapeFunction shape, Geometry geometry, const std::string& law) {
-    Block b = block(shape, geometry, law);
-    b.scene.grid.sides.bottom = SideCondition::slip;
-    for (double& y : b.state.particles.y)
-        y -= 0.2; // onto the wall
-    shake(b.state.particles, 0.015);
-    for (double& y : b.state.particles.y)
-        y = std::max(y, 0.001);
-    stress_randomly(b.scene, b.state.particles, law == "elastic" ? 5.0 : 3.0);
-    for (std::size_t p = 0; p < b.state.particles.size(); ++p) {
-        b.state.particles.velocity_x[p] = 0.5 * b.state.particles.y[p];
-        b.state.particles.velocity_y[p] = -0.3 * b.state.particles.y[p];
-    }
-    return b;
-}
-
 /// |J s - (F(u + h s) - F(u))/h| for four decades of h, with s about as long as u.
 std::array<double, 5> jacobian_errors(MomentumBalance& balance, unsigned seed) {
     std::vector<double> u(balance.initial_guess().begin(), balance.initial_guess().end());
@@ -144,37 +127,6 @@ TEST_CASE("the Jacobian of the velocity form is symmetric for associated laws wi
     balance.jacobian_times(y, jy);
     CHECK(dot(y, jx) == doctest::Approx(dot(x, jy)).epsilon(1e-12));
     CHECK(dot(x, jx) > 0.0);
-}
-
-TEST_CASE("the assembled entries and the diagonal are those of the products") {
-    for (const ShapeFunction shape : all_shapes)
-        for (const Geometry geometry : all_geometries) {
-            Block b = strained_block(shape, geometry, "Drucker-Prager");
-            MomentumBalance balance(b.scene, {});
-            balance.prepare(b.state, 0.1);
-            balance.linearise(balance.initial_guess());
-            Discretisation& d = balance.discretisation();
-            const std::vector<double> x = random_vector(balance.size(), 1.0, 5);
-            std::vector<double> kx(x.size()), assembled(x.size()), diagonal(x.size()), from_entries(x.size()), mass(x.size()),
-                mx(x.size());
-            d.stiffness_times(x, kx);
-            d.stiffness_diagonal(diagonal);
-            d.stiffness_entries([&](int row, int column, double value) {
-                assembled[row] += value * x[column];
-                if (row == column)
-                    from_entries[row] += value;
-            });
-            d.consistent_mass_times(b.state.particles, x, mx);
-            d.consistent_mass_entries(b.state.particles, [&](int row, int column, double value) {
-                mass[2 * row] += value * x[2 * column];
-                mass[2 * row + 1] += value * x[2 * column + 1];
-            });
-            for (std::size_t c = 0; c < x.size(); ++c) {
-                CHECK(assembled[c] == doctest::Approx(kx[c]).epsilon(1e-9).scale(length(kx)));
-                CHECK(from_entries[c] == doctest::Approx(diagonal[c]).epsilon(1e-9));
-                CHECK(mass[c] == doctest::Approx(mx[c]).epsilon(1e-9).scale(length(mx)));
-            }
-        }
 }
 
 TEST_CASE("the residual is a function of u: it repeats bit by bit, and leaves the particles alone") {

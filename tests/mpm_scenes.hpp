@@ -1,6 +1,7 @@
 #pragma once
 #include <ductile/mpm/diagnostics.hpp>
 #include <ductile/mpm/discretisation.hpp>
+#include <ductile/mpm/krylov.hpp>
 #include <ductile/mpm/scene.hpp>
 #include <ductile/mpm/state.hpp>
 
@@ -63,6 +64,23 @@ inline void stress_randomly(const Scene& scene, Particles& particles, double sca
         particles.stress_zz[p] = scene.geometry == Geometry::plane_stress ? 0.0 : uniform(engine);
         particles.stress_xy[p] = uniform(engine);
     }
+}
+
+/// A block under random stress that is about to be strained by some per cent in the step: both elastic and plastic particles.
+inline Block strained_block(ShapeFunction shape, Geometry geometry, const std::string& law) {
+    Block b = block(shape, geometry, law);
+    b.scene.grid.sides.bottom = SideCondition::slip;
+    for (double& y : b.state.particles.y)
+        y -= 0.2; // onto the wall
+    shake(b.state.particles, 0.015);
+    for (double& y : b.state.particles.y)
+        y = std::max(y, 0.001);
+    stress_randomly(b.scene, b.state.particles, law == "elastic" ? 5.0 : 3.0);
+    for (std::size_t p = 0; p < b.state.particles.size(); ++p) {
+        b.state.particles.velocity_x[p] = 0.5 * b.state.particles.y[p];
+        b.state.particles.velocity_y[p] = -0.3 * b.state.particles.y[p];
+    }
+    return b;
 }
 
 /// Largest component of the stress of any particle.

@@ -12,11 +12,11 @@ struct SparseCholesky::Implementation {
     cholmod_factor* factor = nullptr;
     cholmod_dense *solution = nullptr, *work = nullptr, *more_work = nullptr;
 
-    Implementation() {
+    explicit Implementation(Kind kind) {
         cholmod_start(&common);
         common.print = 0;
-        common.supernodal = CHOLMOD_SUPERNODAL;
-        common.final_ll = 1;
+        common.supernodal = kind == Kind::supernodal ? CHOLMOD_SUPERNODAL : CHOLMOD_SIMPLICIAL;
+        common.final_ll = kind == Kind::indefinite ? 0 : 1;
     }
     ~Implementation() {
         for (cholmod_dense** dense : {&solution, &work, &more_work})
@@ -32,13 +32,15 @@ struct SparseCholesky::Implementation {
             return;
         const char* reason = common.status == CHOLMOD_OUT_OF_MEMORY ? "out of memory"
                              : common.status == CHOLMOD_TOO_LARGE   ? "the problem is too large for 32-bit indices"
-                             : common.status == CHOLMOD_NOT_POSDEF  ? "the stiffness is not positive definite"
+                             : common.status == CHOLMOD_NOT_POSDEF  ? "it is not positive definite"
                                                                     : "internal error";
-        throw RunError(fmt::format("CHOLMOD cannot {} the equilibrium operator: {} (status {})", action, reason, common.status));
+        throw RunError(fmt::format("CHOLMOD cannot {} the stiffness: {} (status {})", action, reason, common.status));
     }
 };
 
-SparseCholesky::SparseCholesky(const Eigen::SparseMatrix<double>& lower) : implementation_(std::make_unique<Implementation>()) {
+namespace {
+
+cholmod_sparse view_of(const Eigen::SparseMatrix<double>& lower) {
     cholmod_sparse matrix{};
     matrix.nrow = static_cast<std::size_t>(lower.rows());
     matrix.ncol = static_cast<std::size_t>(lower.cols());
@@ -53,11 +55,23 @@ SparseCholesky::SparseCholesky(const Eigen::SparseMatrix<double>& lower) : imple
     matrix.dtype = CHOLMOD_DOUBLE;
     matrix.sorted = 1;
     matrix.packed = 1;
-    Implementation& cholmod = *implementation_;
-    cholmod.factor = cholmod_analyze(&matrix, &cholmod.common);
-    cholmod.check_status("order");
-    cholmod_factorize(&matrix, cholmod.factor, &cholmod.common);
-    cholmod.check_status("factorise");
+    return matrix;
+}
+
+} // namespace
+
+SparseCholesky::SparseCholesky(const Eigen::SparseMatrix<double>& lower, Kind kind)
+    : implementation_(std::make_unique<Implementation>(kind)) {
+    cholmod_sparse matrix = view_of(lower);
+    implementation_->factor = cholmod_analyze(&matrix, &implementation_->common);
+    implementation_->check_status("order");
+    factorise(lower);
+}
+
+void SparseCholesky::factorise(const Eigen::SparseMatrix<double>& lower) {
+    cholmod_sparse matrix = view_of(lower);
+    cholmod_factorize(&matrix, implementation_->factor, &implementation_->common);
+    implementation_->check_status("factorise");
 }
 
 SparseCholesky::~SparseCholesky() = default;

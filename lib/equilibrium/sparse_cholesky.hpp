@@ -7,16 +7,25 @@
 
 namespace ductile {
 
-/// The factorisation of a symmetric positive definite matrix by CHOLMOD (supernodal L L^T, fill-reducing ordering of its choice).
+/// The factorisation of a symmetric matrix by CHOLMOD, with a fill-reducing ordering of its choice.
 class SparseCholesky {
 public:
+    enum class Kind {
+        supernodal, ///< L L^T in dense blocks: large positive definite matrices
+        simplicial, ///< L L^T column by column: positive definite matrices of some ten thousand rows
+        indefinite  ///< L D L^T column by column: also quasi-definite ones, (A, B; B^T, -C) with A and C positive definite
+    };
+
     /// `lower` is the lower triangle, compressed. Throws RunError with CHOLMOD's reason when memory is short or the matrix is not
-    /// positive definite.
-    explicit SparseCholesky(const Eigen::SparseMatrix<double>& lower);
+    /// positive definite (indefinite: has a pivot of zero).
+    explicit SparseCholesky(const Eigen::SparseMatrix<double>& lower, Kind kind = Kind::supernodal);
     ~SparseCholesky();
     SparseCholesky(const SparseCholesky&) = delete;
     SparseCholesky& operator=(const SparseCholesky&) = delete;
 
+    /// Factorises a matrix with the same entries but other values: the ordering is kept. Throws as the constructor; then it must
+    /// succeed again before the next solve().
+    void factorise(const Eigen::SparseMatrix<double>& lower);
     /// In place: the right-hand side becomes the solution. Throws RunError when CHOLMOD runs out of memory.
     void solve(Eigen::VectorXd& x);
     [[nodiscard]] std::size_t memory_bytes() const;

@@ -9,7 +9,8 @@ namespace ductile::mpm {
 
 /// The nodes that carry mass in this step, numbered from 0 row by row. Vectors over nodes hold x and y components in turn.
 struct ActiveNodes {
-    std::vector<std::int32_t> lattice;    ///< place of each active node on the lattice of all nodes
+    int lattice_width = 0, lattice_height = 0;
+    std::vector<std::int32_t> lattice;    ///< place of each active node on the lattice of all nodes, row by row
     aligned_vector<double> mass;          ///< m_i (2.2.12), one a node
     aligned_vector<double> velocity;      ///< v^k of (2.2.14), prescribed values where the velocity is prescribed
     std::vector<char> prescribed;         ///< whether a component is, by a side of the grid or a rigid body

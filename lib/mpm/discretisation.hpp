@@ -22,8 +22,12 @@ struct NodalMotion {
 /// What a velocity field would do to the particles.
 struct Forecast {
     double smallest_determinant = 0.0; ///< of the deformation gradient I + dt grad v of the step, in the plane
+    double farthest_travel = 0.0;      ///< of a particle, in cells
     std::ptrdiff_t leaving = -1;       ///< place in the arrays of a particle that would leave the grid, or -1
 };
+
+/// Takes one dense matrix, row by row, over nodes with these active numbers.
+using AddBlock = std::function<void(std::span<const std::int32_t> nodes, std::span<const double> matrix)>;
 
 /// The discrete equations of Sec. 2.2 of Sulsky & Kaul for particles on the background grid, at one instant: prepare() takes the
 /// particles where they are; everything else evaluates sums over them with the weights of that instant, as often as wanted, and
@@ -56,11 +60,12 @@ public:
     virtual void stiffness_times(std::span<const double> x, std::span<double> result) const = 0;
     /// The diagonal of dt K.
     virtual void stiffness_diagonal(std::span<double> diagonal) const = 0;
-    /// Calls `add(row, column, value)` with the contributions to dt K, several for an entry.
-    virtual void stiffness_entries(const std::function<void(int row, int column, double value)>& add) const = 0;
+    /// Calls `add(nodes, matrix)` with dense matrices whose sum is dt K: row by row, over both components of these active nodes.
+    virtual void stiffness_blocks(const AddBlock& add) const = 0;
     /// The same for the consistent mass matrix, whose rows and columns are nodes.
-    virtual void consistent_mass_entries(const Particles& particles,
-                                         const std::function<void(int row, int column, double value)>& add) const = 0;
+    virtual void consistent_mass_blocks(const Particles& particles, const AddBlock& add) const = 0;
+    /// How far apart, each way, nodes that a particle sees can be: 1 or 2.
+    [[nodiscard]] virtual int reach() const = 0;
 
     [[nodiscard]] virtual Forecast forecast(const Particles& particles, const NodalMotion& motion) const = 0;
     /// The end of a step: stress, internal variable, density (2.3.4), energy (2.2.16) and temperature (2.3.5) at the particles,

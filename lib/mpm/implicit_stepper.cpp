@@ -79,6 +79,11 @@ public:
                                          forecast.smallest_determinant);
             return outcome;
         }
+        if (forecast.farthest_travel > 2.0) {
+            outcome.failure = StepFailure::far_particle;
+            outcome.reason = fmt::format("a particle would travel {:.3g} cells in the step", forecast.farthest_travel);
+            return outcome;
+        }
         if (forecast.leaving >= 0) {
             const auto p = static_cast<std::size_t>(forecast.leaving);
             outcome.failure = StepFailure::leaving_particle;
@@ -104,7 +109,9 @@ public:
 
 private:
     SolverResult solve() {
-        const double scale = options_.scale == ResidualScale::stiffness ? balance_.paper_scale() : 1.0;
+        double scale = options_.scale == ResidualScale::none ? 1.0 : balance_.paper_scale();
+        if (options_.scale == ResidualScale::stiffness_rms)
+            scale *= std::sqrt(static_cast<double>(balance_.size()));
         const bool preconditioned = preconditioner_.kind() != PreconditionerKind::none;
         const auto linearise = [&](std::span<const double> u) {
             balance_.linearise(u);
@@ -115,7 +122,8 @@ private:
                                      .linearise = linearise,
                                      .jacobian_times = [&](auto s, auto js) { balance_.jacobian_times(s, js); },
                                      .precondition =
-                                         preconditioned ? InPlaceMap([&](auto z) { preconditioner_.apply(z); }) : InPlaceMap()};
+                                         preconditioned ? InPlaceMap([&](auto z) { preconditioner_.apply(z); }) : InPlaceMap(),
+                                     .velocity_change = [&](auto s, auto w) { balance_.straining_change(s, w); }};
         if (kinsol_solver(options_.solver))
             return solve_by_kinsol(system, scale);
         return linear_ ? newton_.solve_linear(system, unknown_, scale, counts_) : newton_.solve(system, unknown_, scale, counts_);

@@ -113,35 +113,40 @@ public:
 
     void stiffness_diagonal(std::span<double> diagonal) const override {
         std::fill(diagonal.begin(), diagonal.end(), 0.0);
-        for_each_node_pair([&](const Run& run, int k, int l, const double(&block)[2][2]) {
-            if (run.node[k] == run.node[l])
-                for (int c = 0; c < 2; ++c)
-                    diagonal[2 * run.node[k] + c] += block[c][c];
-        });
+        for (const Run& run : transfer_.runs())
+            for_each_node_pair(run, [&](int k, int l, const double(&block)[2][2]) {
+                if (run.node[k] == run.node[l])
+                    for (int c = 0; c < 2; ++c)
+                        diagonal[2 * run.node[k] + c] += block[c][c];
+            });
     }
 
-    void stiffness_entries(const std::function<void(int, int, double)>& add) const override {
-        for_each_node_pair([&](const Run& run, int k, int l, const double(&block)[2][2]) {
-            for (int a = 0; a < 2; ++a)
-                for (int b = 0; b < 2; ++b)
-                    add(2 * run.node[k] + a, 2 * run.node[l] + b, block[a][b]);
-        });
-    }
-
-    void consistent_mass_entries(const Particles& particles, const std::function<void(int, int, double)>& add) const override {
+    void stiffness_blocks(const AddBlock& add) const override {
         for (const Run& run : transfer_.runs()) {
-            double sum[seen][seen] = {};
+            double matrix[2 * seen][2 * seen];
+            for_each_node_pair(run, [&](int k, int l, const double(&block)[2][2]) {
+                for (int a = 0; a < 2; ++a)
+                    for (int b = 0; b < 2; ++b)
+                        matrix[2 * k + a][2 * l + b] = block[a][b];
+            });
+            add(run.node, {&matrix[0][0], 4 * seen * seen});
+        }
+    }
+
+    void consistent_mass_blocks(const Particles& particles, const AddBlock& add) const override {
+        for (const Run& run : transfer_.runs()) {
+            double matrix[seen][seen] = {};
             for (std::size_t p = begin(run); p < end(run); ++p) {
                 const Weights n = at(p);
                 for (int k = 0; k < seen; ++k)
                     for (int l = 0; l < seen; ++l)
-                        sum[k][l] += particles.mass[p] * n.value(k) * n.value(l);
+                        matrix[k][l] += particles.mass[p] * n.value(k) * n.value(l);
             }
-            for (int k = 0; k < seen; ++k)
-                for (int l = 0; l < seen; ++l)
-                    add(run.node[k], run.node[l], sum[k][l]);
+            add(run.node, {&matrix[0][0], seen * seen});
         }
     }
+
+    [[nodiscard]] int reach() const override { return support - 1; }
 
     [[nodiscard]] Forecast forecast(const Particles& particles, const NodalMotion& m) const override {
         Forecast result{.smallest_determinant = std::numeric_limits<double>::infinity()};
@@ -155,6 +160,8 @@ public:
                 result.smallest_determinant =
                     result.smallest_determinant <= determinant ? result.smallest_determinant : determinant;
                 const Vector v = value_of(moved, n);
+                result.farthest_travel = std::max({result.farthest_travel, m.dt * std::abs(v.x) / transfer_.grid().dx(),
+                                                   m.dt * std::abs(v.y) / transfer_.grid().dy()});
                 if (!transfer_.inside(particles.x[p] + m.dt * v.x, particles.y[p] + m.dt * v.y))
                     result.leaving = static_cast<std::ptrdiff_t>(p);
             }
@@ -325,32 +332,31 @@ private:
         return {row[0], row[1], row[3], row[2]};
     }
 
-    /// Calls `visit(run, k, l, block)` with the 2 x 2 block of dt K that couples the nodes k and l of a run, summed over its
+    /// Calls `visit(k, l, block)` with the 2 x 2 block of dt K that couples the nodes k and l of the run, summed over its
     /// particles.
-    void for_each_node_pair(const auto& visit) const {
-        for (const Run& run : transfer_.runs())
-            for (int l = 0; l < seen; ++l) {
-                double block[seen][2][2] = {};
-                for (std::size_t p = begin(run); p < end(run); ++p) {
-                    const Weights n = at(p);
-                    const double slope_x = n.x.dw[l % support] * n.y.w[l / support],
-                                 slope_y = n.x.w[l % support] * n.y.dw[l / support];
-                    for (int b = 0; b < 2; ++b) {
-                        const VelocityGradient unit =
-                            b == 0 ? VelocityGradient{slope_x, slope_y, 0.0, 0.0, n.value(l) * n.inverse_radius}
-                                   : VelocityGradient{0.0, 0.0, slope_x, slope_y, 0.0};
-                        const SymmetricTensor stress = product(tangent_[p], unit);
-                        Local sum{};
-                        subtract_force(sum, n, {-stress.xx, -stress.yy, -stress.zz, -stress.xy});
-                        for (int k = 0; k < seen; ++k) {
-                            block[k][0][b] += sum.x[k];
-                            block[k][1][b] += sum.y[k];
-                        }
+    void for_each_node_pair(const Run& run, const auto& visit) const {
+        for (int l = 0; l < seen; ++l) {
+            double block[seen][2][2] = {};
+            for (std::size_t p = begin(run); p < end(run); ++p) {
+                const Weights n = at(p);
+                const double slope_x = n.x.dw[l % support] * n.y.w[l / support],
+                             slope_y = n.x.w[l % support] * n.y.dw[l / support];
+                for (int b = 0; b < 2; ++b) {
+                    const VelocityGradient unit =
+                        b == 0 ? VelocityGradient{slope_x, slope_y, 0.0, 0.0, n.value(l) * n.inverse_radius}
+                               : VelocityGradient{0.0, 0.0, slope_x, slope_y, 0.0};
+                    const SymmetricTensor stress = product(tangent_[p], unit);
+                    Local sum{};
+                    subtract_force(sum, n, {-stress.xx, -stress.yy, -stress.zz, -stress.xy});
+                    for (int k = 0; k < seen; ++k) {
+                        block[k][0][b] += sum.x[k];
+                        block[k][1][b] += sum.y[k];
                     }
                 }
-                for (int k = 0; k < seen; ++k)
-                    visit(run, k, l, block[k]);
             }
+            for (int k = 0; k < seen; ++k)
+                visit(k, l, block[k]);
+        }
     }
 
     template <class Law>

@@ -49,6 +49,9 @@ public:
     /// js = J s: J = M + mu kappa dt^2 K, or I + mu kappa dt^2 K M^-1 M_c M^-1, with the consistent tangent.
     void jacobian_times(std::span<const double> s, std::span<double> js);
 
+    /// The change of velocity that strains the particles by a change of u: kappa times it, or kappa M^-1 M_c M^-1 times it.
+    void straining_change(std::span<const double> change, std::span<double> result);
+
     /// The nodes' part of the end of the step; it refers to memory of this object.
     [[nodiscard]] NodalMotion motion(std::span<const double> u);
 
@@ -63,8 +66,6 @@ public:
 private:
     [[nodiscard]] bool momentum() const { return scheme_.form == Form::momentum; }
     [[nodiscard]] bool inertia() const { return scheme_.method != ImplicitMethod::quasi_static; }
-    /// The change of velocity that strains the particles: of u - guess, times kappa.
-    void straining_change(std::span<const double> change, std::span<double> result);
 
     const Scene& scene_;
     ImplicitScheme scheme_;

@@ -84,9 +84,12 @@ bool NewtonKrylov::search(const NonlinearSystem& system, std::span<double> u, do
         }
         return accept();
     }
-    // energy: the root of g(a) = s.F(u + a s), bracketed once it has changed its sign (regula falsi, Illinois)
-    const double start = dot(step_, f_);
-    double g = dot(step_, trial_f_);
+    // energy: the root of g(a) = w.F(u + a s), bracketed once it has changed its sign (regula falsi, Illinois)
+    velocity_change_ = step_;
+    if (system.velocity_change)
+        system.velocity_change(step_, velocity_change_);
+    const double start = dot(velocity_change_, f_);
+    double g = dot(velocity_change_, trial_f_);
     double low = 0.0, g_low = start, high = 1.0, g_high = g;
     if (std::isfinite(g) && (std::abs(g) <= 0.5 * std::abs(start) || now <= 0.5 * before))
         return accept();
@@ -97,7 +100,7 @@ bool NewtonKrylov::search(const NonlinearSystem& system, std::span<double> u, do
         const double root = std::isfinite(g_high) ? low - g_low * (high - low) / (g_high - g_low) : 0.5 * (low + high);
         const double length = std::clamp(root, low + 0.05 * (high - low), high - 0.05 * (high - low));
         now = evaluate(system, u, length, counts);
-        g = dot(step_, trial_f_);
+        g = dot(velocity_change_, trial_f_);
         if (std::isfinite(g) && (std::abs(g) <= 0.5 * std::abs(start) || now <= 0.5 * before))
             return accept();
         if (std::isfinite(g) && (g > 0.0) == (start > 0.0)) {

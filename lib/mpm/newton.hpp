@@ -15,6 +15,8 @@ struct NonlinearSystem {
     std::function<void(std::span<const double> u)> linearise = {}; ///< fixes the u of jacobian_times
     LinearMap jacobian_times = {};
     InPlaceMap precondition = {}; ///< an approximation of the inverse of J; may be empty
+    /// The velocity that a change s of u adds, along which F does work, for the energy line search; empty: s itself.
+    LinearMap velocity_change = {};
 };
 
 enum class LinearMethod { conjugate_gradients, gmres };
@@ -25,7 +27,7 @@ enum class JacobianProduct {
 enum class LineSearch {
     none,
     residual, ///< Armijo backtracking: |F| must fall by 1e-4 of what the full step promises
-    energy    ///< |s.F(u + a s)| <= |s.F(u)|/2
+    energy    ///< |w.F(u + a s)| <= |w.F(u)|/2 with the change of velocity w that belongs to s
 };
 
 struct NewtonOptions {
@@ -74,7 +76,7 @@ private:
 
     NewtonOptions options_;
     Krylov krylov_;
-    aligned_vector<double> f_, negative_f_, step_, trial_, trial_f_, shifted_;
+    aligned_vector<double> f_, negative_f_, step_, velocity_change_, trial_, trial_f_, shifted_;
 };
 
 } // namespace ductile::mpm

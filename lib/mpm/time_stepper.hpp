@@ -12,7 +12,7 @@
 namespace ductile::mpm {
 
 /// Why a step was not accepted.
-enum class StepFailure { none, no_convergence, folded_grid, leaving_particle };
+enum class StepFailure { none, no_convergence, folded_grid, far_particle, leaving_particle };
 
 /// What an attempted step came to.
 struct StepOutcome {
@@ -49,8 +49,9 @@ enum class SolverKind { newton_cg, newton_gmres, kinsol_gmres, kinsol_fgmres, ki
 
 /// What |F| is measured by.
 enum class ResidualScale {
-    stiffness, ///< Y dx dy dt, Tables IV-VI of the paper
-    none       ///< nothing, Tables I-III
+    stiffness,     ///< Y dx dy dt, Tables IV-VI of the paper
+    stiffness_rms, ///< the same for the root mean square of F
+    none           ///< nothing, Tables I-III
 };
 
 struct ImplicitOptions {
@@ -64,8 +65,9 @@ struct ImplicitOptions {
 };
 
 /// The implicit step of Sec. 2.4 and 3.2: prepares the particles' weights, solves MomentumBalance for the nodes, refuses results
-/// that fold the grid (the determinant of the step's deformation gradient is not positive at a particle: the Lagrangian limit) or
-/// take particles out of it, and only then moves the particles. Throws InputError for a combination that cannot work.
+/// that fold the grid (the determinant of the step's deformation gradient is not positive at a particle: the Lagrangian limit),
+/// move a particle by more than two cells, or take it out of the grid, and only then moves the particles. Throws InputError for a
+/// combination that cannot work.
 [[nodiscard]] std::unique_ptr<TimeStepper> make_implicit_stepper(const Scene& scene, const ImplicitOptions& options);
 
 } // namespace ductile::mpm

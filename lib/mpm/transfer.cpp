@@ -22,6 +22,8 @@ Transfer<Shape>::Transfer(const Grid& grid)
     const auto lattice = static_cast<std::size_t>(nodes_x_) * static_cast<std::size_t>(nodes_y_);
     lattice_mass_.resize(lattice);
     number_.resize(lattice);
+    nodes_.lattice_width = nodes_x_;
+    nodes_.lattice_height = nodes_y_;
 }
 
 template <class Shape> bool Transfer<Shape>::inside(double x, double y) const {
@@ -216,8 +218,8 @@ template <class Shape> void Transfer<Shape>::prescribe(std::span<const RigidBody
             const int cell_x = std::min(static_cast<int>(cx), grid_.cells_x - 1);
             const int cell_y = std::min(static_cast<int>(cy), grid_.cells_y - 1);
             double stored[2][Shape::stored];
-            Shape::store(cx - cell_x, cell_x, grid_.cells_x, 0.25, stored[0]);
-            Shape::store(cy - cell_y, cell_y, grid_.cells_y, 0.25, stored[1]);
+            Shape::store(cx - cell_x, cell_x, grid_.cells_x, rigid_half_width, stored[0]);
+            Shape::store(cy - cell_y, cell_y, grid_.cells_y, rigid_half_width, stored[1]);
             const Factors<support> fx = Shape::expand(stored[0], inverse_dx_), fy = Shape::expand(stored[1], inverse_dy_);
             const int first =
                 Shape::first(cy - cell_y, cell_y, grid_.cells_y) * nodes_x_ + Shape::first(cx - cell_x, cell_x, grid_.cells_x);

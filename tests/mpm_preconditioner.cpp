@@ -1,0 +1,126 @@
+// What the preconditioners are made of: assembled matrices against products, factorised tangents against the Jacobian.
+#include "mpm_scenes.hpp"
+
+#include <ductile/mpm/momentum_balance.hpp>
+#include <ductile/mpm/preconditioner.hpp>
+#include <ductile/mpm/stencil_matrix.hpp>
+
+using namespace mpm_scenes;
+
+namespace {
+
+struct Dense {
+    std::size_t size;
+    std::vector<double> value = std::vector<double>(size * size, 0.0);
+
+    double& operator()(std::size_t row, std::size_t column) { return value[row * size + column]; }
+};
+
+/// Sums blocks into a matrix with so many components a node.
+AddBlock into(Dense& sum, std::size_t components) {
+    return [&sum, components](std::span<const std::int32_t> nodes, std::span<const double> matrix) {
+        const std::size_t side = nodes.size() * components;
+        const auto place = [&](std::size_t n) {
+            return static_cast<std::size_t>(nodes[n / components]) * components + n % components;
+        };
+        for (std::size_t r = 0; r < side; ++r)
+            for (std::size_t c = 0; c < side; ++c)
+                sum(place(r), place(c)) += matrix[r * side + c];
+    };
+}
+
+double length(std::span<const double> v) { return std::sqrt(dot(v, v)); }
+
+} // namespace
+
+TEST_SUITE_BEGIN("mpm_preconditioner");
+
+TEST_CASE("the assembled matrices and the diagonal are those of the products") {
+    for (const ShapeFunction shape : all_shapes)
+        for (const Geometry geometry : all_geometries) {
+            CAPTURE(static_cast<int>(shape));
+            CAPTURE(static_cast<int>(geometry));
+            Block b = strained_block(shape, geometry, "Drucker-Prager");
+            MomentumBalance balance(b.scene, {});
+            balance.prepare(b.state, 0.1);
+            balance.linearise(balance.initial_guess());
+            const Discretisation& d = balance.discretisation();
+            const std::size_t size = balance.size();
+            const std::vector<double> x = random_vector(size, 1.0, 5);
+            Dense stiffness{size}, mass{size / 2};
+            d.stiffness_blocks(into(stiffness, 2));
+            d.consistent_mass_blocks(b.state.particles, into(mass, 1));
+            std::vector<double> kx(size), diagonal(size), mx(size);
+            d.stiffness_times(x, kx);
+            d.stiffness_diagonal(diagonal);
+            d.consistent_mass_times(b.state.particles, x, mx);
+            for (std::size_t r = 0; r < size; ++r) {
+                double by_stiffness = 0.0, by_mass = 0.0;
+                for (std::size_t c = 0; c < size; ++c)
+                    by_stiffness += stiffness(r, c) * x[c];
+                for (std::size_t n = 0; n < size / 2; ++n)
+                    by_mass += mass(r / 2, n) * x[2 * n + r % 2];
+                CHECK(by_stiffness == doctest::Approx(kx[r]).epsilon(1e-9).scale(length(kx)));
+                CHECK(by_mass == doctest::Approx(mx[r]).epsilon(1e-9).scale(length(mx)));
+                CHECK(stiffness(r, r) == doctest::Approx(diagonal[r]).epsilon(1e-9));
+            }
+
+            // what the preconditioners keep of it: the symmetric part, from the diagonal blocks down
+            StencilMatrix stencil(balance.nodes(), d.reach(), 2);
+            d.stiffness_blocks([&](auto nodes, auto matrix) { stencil.add(nodes, matrix); });
+            Dense kept{size};
+            for (std::size_t l = 0; l < size / 2; ++l) {
+                std::int32_t last = -1;
+                stencil.for_each_below(static_cast<std::int32_t>(l), [&](std::int32_t k, std::span<const double> block) {
+                    CHECK(k > last);
+                    last = k;
+                    for (std::size_t r = 0; r < 2; ++r)
+                        for (std::size_t c = 0; c < 2; ++c)
+                            kept(2 * static_cast<std::size_t>(k) + r, 2 * l + c) = block[2 * r + c];
+                });
+            }
+            double largest = 0.0, worst = 0.0;
+            for (std::size_t r = 0; r < size; ++r)
+                for (std::size_t c = 0; c <= r; ++c) {
+                    const double symmetric = 0.5 * (stiffness(r, c) + stiffness(c, r));
+                    largest = std::max(largest, std::abs(symmetric));
+                    worst = std::max(worst, std::abs(kept(r, c) - symmetric));
+                }
+            CHECK(worst <= 1e-13 * largest);
+        }
+}
+
+TEST_CASE("the factorised tangent is the inverse of the Jacobian in either form, also where M_c is singular") {
+    for (const Form form : {Form::velocity, Form::momentum})
+        for (const ShapeFunction shape : all_shapes)
+            for (const int per_side : {1, 2}) { // one particle a cell: M_c has fewer ranks than nodes
+                CAPTURE(static_cast<int>(form));
+                CAPTURE(static_cast<int>(shape));
+                CAPTURE(per_side);
+                Block b = block(shape, Geometry::axisymmetric, "elastic", per_side);
+                b.scene.finite_rotation = false;
+                b.scene.grid.sides.right = SideCondition::fixed;
+                for (double& x : b.state.particles.x)
+                    x += 0.2; // onto the wall
+                MomentumBalance balance(b.scene, {.form = form});
+                Preconditioner preconditioner(PreconditionerKind::tangent);
+                for (const double dt : {10.0, 0.01}) { // the second keeps the order of elimination
+                    CAPTURE(dt);
+                    balance.prepare(b.state, dt);
+                    balance.linearise(balance.initial_guess());
+                    preconditioner.begin_step();
+                    preconditioner.update(balance);
+                    std::vector<double> x = random_vector(balance.size(), 1.0, 8), jx(x.size());
+                    for (std::size_t c = 0; c < x.size(); ++c)
+                        x[c] = balance.nodes().prescribed[c] ? 0.0 : x[c] * balance.nodes().mass[c / 2];
+                    balance.jacobian_times(x, jx);
+                    preconditioner.apply(jx);
+                    std::vector<double> error(x.size());
+                    for (std::size_t c = 0; c < x.size(); ++c)
+                        error[c] = jx[c] - x[c];
+                    CHECK(length(error) <= 1e-3 * length(x));
+                }
+            }
+}
+
+TEST_SUITE_END();
