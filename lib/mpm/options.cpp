@@ -1,5 +1,6 @@
 #include <ductile/base/error.hpp>
 #include <ductile/mpm/options.hpp>
+#include <ductile/mpm/shape_functions.hpp>
 
 #include <cmath>
 #include <fmt/format.h>
@@ -41,6 +42,8 @@ void declare_time(io::Program& program, Options& o) {
                         "s"));
     program.option("--dt-start", o.dt_start, help("first step: a positive number, or auto for --dt", "s"));
     program.option("--step-growth", o.step_growth, help("largest growth from step to step", "", io::at_least(1.0)));
+    program.option("--many-newton", o.many_newton,
+                   help("Newton iterations of a step above which the next one is 0.7 times as long", "", io::at_least(1)));
     program.option("--safety", o.safety, help("the longest stable step is this times the cell size over sqrt(E/rho)"));
 }
 
@@ -77,8 +80,11 @@ void declare_solver(io::Program& program, Options& o) {
     program.option("--krylov-vectors", o.krylov_vectors,
                    help("linear iterations of a Newton step at most", "", io::between(1, 10'000)));
     program.option("--newton-iterations", o.newton_iterations, help("of a step at most", "", io::between(1, 100'000)));
-    program.choice("--residual-scale", o.residual_scale, {{"stiffness", ResidualScale::stiffness}, {"none", ResidualScale::none}},
-                   help("what the residual is divided by: E dx dy dt, or nothing"));
+    program.choice(
+        "--residual-scale", o.residual_scale,
+        {{"stiffness", ResidualScale::stiffness}, {"stiffness-rms", ResidualScale::stiffness_rms}, {"none", ResidualScale::none}},
+        help("what the residual's 2-norm is divided by: E dx dy dt, that times the root of the number of "
+             "unknowns, or nothing"));
     program.option("--always-newton", o.always_newton, help("Newton's loop for linear scenes, too, which need one linear solve"));
 }
 
@@ -170,8 +176,13 @@ StepControl make_step_control(const Options& o, const Scene& scene, const State&
     const double first = number_or_auto(o.dt_start, "--dt-start", target);
     if (first > target)
         throw InputError(fmt::format("--dt-start {}: the first step must not be longer than --dt, {} s", o.dt_start, target));
-    return StepControl(
-        {.target = target, .first = first, .growth = o.step_growth, .cell_x = scene.grid.dx(), .cell_y = scene.grid.dy()});
+    return StepControl({.target = target,
+                        .first = first,
+                        .growth = o.step_growth,
+                        .grid = scene.grid,
+                        .ends_at_contact = o.method != Method::explicit_steps,
+                        .reach = scene.shape == ShapeFunction::gimp ? rigid_half_width : 0.0,
+                        .many_newton_iterations = o.many_newton});
 }
 
 RunOptions make_run_options(const Options& o, const State& start) {

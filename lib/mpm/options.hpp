@@ -27,6 +27,7 @@ struct Options {
     std::string dt = "auto", dt_start = "auto"; ///< seconds, or "auto"
     double safety = 0.48;
     double step_growth = 1.2;
+    int many_newton = 30;
 
     SolverKind solver = SolverKind::newton_gmres;
     PreconditionerChoice preconditioner = PreconditionerChoice::automatic;

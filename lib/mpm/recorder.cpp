@@ -102,10 +102,11 @@ void Recorder::progress(const State& state, const StepControl::Step& step) {
 
 void Recorder::checkpoint(const State& state, const StepControl& control, const std::map<std::string, std::int64_t>& counters) {
     io::Checkpoint content{.program = program_.name(), .format = checkpoint_format, .config = program_.config_text()};
-    content.scalars = {{"time", state.time}, {"planned_dt", control.planned()}};
+    content.scalars = {{"time", state.time}, {"planned_dt", control.plan().next}};
     content.counters = counters;
     content.counters["step"] = state.step;
-    content.counters["recovering"] = control.recovering() ? 1 : 0;
+    content.counters["recovering"] = control.plan().recovering ? 1 : 0;
+    content.counters["touching"] = control.plan().touching ? 1 : 0;
     for (const auto& [name, array] : named_arrays(state.particles))
         content.vectors.emplace_back(fmt::format("particles/{}", name), *array);
     for (const auto& [name, array] : named_integer_arrays(state.particles))

@@ -20,8 +20,8 @@ io::RunStatus run(const Problem& problem, State& state, TimeStepper& stepper, St
             snapshots.push_back(time);
     std::sort(snapshots.begin(), snapshots.end(), std::greater<>());
 
-    std::int64_t failures[4] = {}; // by StepFailure
-    std::int64_t steps_cut_by_rigid_travel = 0;
+    std::int64_t failures[5] = {}; // by StepFailure
+    std::int64_t steps_cut_by_rigid_travel = 0, steps_ended_at_contact = 0;
     const auto counters = [&] {
         const SolverCounts now = stepper.counts();
         std::map<std::string, std::int64_t> total{{"newton_iterations", now.newton_iterations},
@@ -31,14 +31,18 @@ io::RunStatus run(const Problem& problem, State& state, TimeStepper& stepper, St
                                                   {"backtracks", now.backtracks},
                                                   {"rejected_without_convergence", failures[1]},
                                                   {"rejected_with_folded_grid", failures[2]},
-                                                  {"rejected_with_leaving_particle", failures[3]},
-                                                  {"steps_cut_by_rigid_travel", steps_cut_by_rigid_travel}};
+                                                  {"rejected_with_far_particle", failures[3]},
+                                                  {"rejected_with_leaving_particle", failures[4]},
+                                                  {"steps_cut_by_rigid_travel", steps_cut_by_rigid_travel},
+                                                  {"steps_ended_at_contact", steps_ended_at_contact}};
         for (auto& [name, count] : total)
             count += checkpoint ? checkpoint->counter(name) : 0;
         return total;
     };
     if (checkpoint)
-        control.restore(checkpoint->scalar("planned_dt"), checkpoint->counter("recovering") != 0);
+        control.restore({.next = checkpoint->scalar("planned_dt"),
+                         .recovering = checkpoint->counter("recovering") != 0,
+                         .touching = checkpoint->counter("touching") != 0});
 
     Timer wall, since_checkpoint;
     Recorder recorder(problem, options, program, folder, checkpoint, state.time);
@@ -55,8 +59,8 @@ io::RunStatus run(const Problem& problem, State& state, TimeStepper& stepper, St
         auto total = counters();
         summary.steps = state.step;
         summary.rejected_steps = 0;
-        for (const char* name : {"rejected_without_convergence", "rejected_with_folded_grid", "rejected_with_leaving_particle",
-                                 "steps_cut_by_rigid_travel"}) {
+        for (const char* name : {"rejected_without_convergence", "rejected_with_folded_grid", "rejected_with_far_particle",
+                                 "rejected_with_leaving_particle", "steps_cut_by_rigid_travel", "steps_ended_at_contact"}) {
             summary.rejected_steps += std::string_view(name).starts_with("rejected") ? total[name] : 0;
             if (total[name] > 0)
                 summary.extra[name] = total[name];
@@ -101,8 +105,11 @@ io::RunStatus run(const Problem& problem, State& state, TimeStepper& stepper, St
                                                state.time, step.dt, outcome.reason));
                 continue;
             }
-            control.accepted(step);
+            const std::vector<std::int32_t>& holders = stepper.discretisation().nodes().rigid_body;
+            const bool touching = std::any_of(holders.begin(), holders.end(), [](std::int32_t body) { return body >= 0; });
+            control.accepted(step, outcome.newton_iterations, touching);
             steps_cut_by_rigid_travel += step.limit == "rigid travel" ? 1 : 0;
+            steps_ended_at_contact += step.limit == "contact" ? 1 : 0;
 
             Timer output;
             if (state.step % options.history_every == 0)

@@ -1,0 +1,102 @@
+// Which steps are taken: ramps, contact, rigid travel, failures, Newton iterations.
+#include <ductile/mpm/step_control.hpp>
+
+#include <cmath>
+#include <doctest/doctest.h>
+
+using namespace ductile;
+using namespace ductile::mpm;
+
+namespace {
+
+const Grid grid{.cells_x = 8, .cells_y = 10, .width = 0.8, .height = 1.0};
+
+/// A plate of two rows of points, 0.875 and 0.925 m high, that comes down at 1 m/s: a cell every 0.1 s, for the first time after
+/// 0.075 s.
+State scene() {
+    State state;
+    state.rigid_bodies.push_back(make_rigid_body("plate", rectangle(0.0, 0.85, 0.8, 0.95), 2, grid));
+    state.rigid_bodies[0].velocity_y = -1.0;
+    return state;
+}
+
+/// Takes a step as a run does.
+StepControl::Step take(StepControl& control, State& state, int newton_iterations = 3, bool touching = false) {
+    const StepControl::Step step = control.next(state);
+    move_rigid_bodies(state.rigid_bodies, step.dt);
+    control.accepted(step, newton_iterations, touching);
+    return step;
+}
+
+} // namespace
+
+TEST_SUITE_BEGIN("mpm_step_control");
+
+TEST_CASE("steps end where a rigid body reaches new nodes, and grow anew from the first contact") {
+    State state = scene();
+    StepControl control({.target = 0.03, .first = 0.01, .growth = 2.0, .grid = grid, .ends_at_contact = true});
+    CHECK(take(control, state).limit == "ramp");
+    CHECK(take(control, state).dt == doctest::Approx(0.02));
+    CHECK(take(control, state).limit == "--dt");
+    const StepControl::Step step = take(control, state, 3, true);
+    CHECK(step.limit == "contact");
+    CHECK(step.dt == doctest::Approx(0.015));
+    CHECK(step.planned == 0.03);
+    CHECK(state.rigid_bodies[0].y.front() < 0.8);
+    CHECK(state.rigid_bodies[0].y.front() > 0.8 - 1e-9);
+    CHECK(control.next(state).dt == 0.01);
+
+    // in contact only where a cell takes many steps
+    StepControl later({.target = 0.03, .first = 0.03, .grid = grid, .ends_at_contact = true});
+    later.restore({.next = 0.03, .touching = true});
+    StepControl fine({.target = 0.011, .first = 0.011, .grid = grid, .ends_at_contact = true});
+    fine.restore({.next = 0.011, .touching = true});
+    for (int n = 0; n < 3; ++n)
+        CHECK(take(later, state, 3, true).dt == 0.03);
+    for (int n = 0; n < 10 && take(fine, state, 3, true).limit != "contact"; ++n)
+        CHECK(n < 1);
+    CHECK(std::abs(state.rigid_bodies[0].y.front() - 0.7) < 1e-9);
+}
+
+TEST_CASE("a step a little longer than planned takes the place of a remainder") {
+    State state = scene();
+    StepControl control({.target = 0.0745, .first = 0.0745, .grid = grid, .ends_at_contact = true});
+    CHECK(take(control, state).dt == doctest::Approx(0.075));
+}
+
+TEST_CASE("new nodes of bodies with several leading points, and for wider points") {
+    RigidBody body{.name = "stair", .velocity_x = 2.0, .x = {0.05, 0.19}, .y = {0.55, 0.65}};
+    NewNodes next = time_to_new_nodes(body, grid, 0.0);
+    CHECK(next.time == doctest::Approx(0.005)); // 0.01 m to the cell beyond 0.2 m
+    CHECK(next.interval == doctest::Approx(0.05));
+    body.y[0] = 0.65; // now one row: the first point follows into cells that the second leaves
+    next = time_to_new_nodes(body, grid, 0.0);
+    CHECK(next.time == doctest::Approx(0.005));
+    next = time_to_new_nodes(body, grid, 0.25); // sees the nodes beyond a quarter of a cell before the edge
+    CHECK(next.time == doctest::Approx(0.0125));
+    body.velocity_x = 0.0;
+    CHECK(time_to_new_nodes(body, grid, 0.0).time > 1e300);
+}
+
+TEST_CASE("no rigid body travels a cell, a failure halves the step, and many Newton iterations shorten the next") {
+    State state = scene();
+    StepControl control({.target = 0.5, .first = 0.5, .growth = 1.2, .grid = grid, .many_newton_iterations = 20});
+    const StepControl::Step step = control.next(state);
+    CHECK(step.limit == "rigid travel");
+    CHECK(step.dt == doctest::Approx(0.099));
+    CHECK(control.failed(step));
+    CHECK(control.next(state).dt == doctest::Approx(0.0495));
+    CHECK(control.next(state).limit == "failed step");
+    take(control, state, 3);
+    CHECK(control.next(state).dt == doctest::Approx(1.2 * 0.0495));
+    take(control, state, 15);
+    CHECK(control.next(state).dt == doctest::Approx(1.2 * 0.0495));
+    take(control, state, 21);
+    CHECK(control.next(state).dt == doctest::Approx(0.7 * 1.2 * 0.0495));
+    int halvings = 0;
+    while (control.failed(control.next(state)))
+        ++halvings;
+    CHECK(halvings > 20);
+}
+
+TEST_SUITE_END();
