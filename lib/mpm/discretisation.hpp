@@ -24,9 +24,15 @@ struct Forecast {
     double smallest_determinant = 0.0; ///< of the deformation gradient I + dt grad v of the step, in the plane
     double farthest_travel = 0.0;      ///< of a particle, in cells
     std::ptrdiff_t leaving = -1;       ///< place in the arrays of a particle that would leave the grid, or -1
+
+    /// NaN stays.
+    void add_determinant(double determinant) {
+        smallest_determinant = smallest_determinant <= determinant ? smallest_determinant : determinant;
+    }
 };
 
-/// Takes one dense matrix, row by row, over nodes with these active numbers.
+/// Takes one dense matrix, row by row, over nodes with these active numbers. Calls on several threads at once have no node in
+/// common.
 using AddBlock = std::function<void(std::span<const std::int32_t> nodes, std::span<const double> matrix)>;
 
 /// The discrete equations of Sec. 2.2 of Sulsky & Kaul for particles on the background grid, at one instant: prepare() takes the

@@ -15,27 +15,26 @@ public:
 
     void prepare(Particles& particles, std::span<const RigidBody> rigid_bodies) override {
         transfer_.prepare(particles, rigid_bodies);
-        const std::size_t count = particles.size();
-        volume_.resize(count);
-        for (std::size_t p = 0; p < count; ++p)
+        volume_.resize(particles.size());
+        if constexpr (axisymmetric)
+            inverse_radius_.resize(particles.size());
+        transfer_.for_each_particle([&](std::size_t p) {
             volume_[p] = particles.mass[p] / particles.density[p];
-        if constexpr (axisymmetric) {
-            inverse_radius_.resize(count);
-            for (std::size_t p = 0; p < count; ++p)
+            if constexpr (axisymmetric)
                 inverse_radius_[p] = 1.0 / particles.x[p];
-        }
+        });
     }
 
     [[nodiscard]] const ActiveNodes& nodes() const override { return transfer_.nodes(); }
 
     void internal_force(const Particles& particles, std::span<double> force) const override {
         std::fill(force.begin(), force.end(), 0.0);
-        for (const Run& run : transfer_.runs()) {
+        transfer_.for_each_run([&](const Run& run) {
             Local sum{};
             for (std::size_t p = begin(run); p < end(run); ++p)
                 subtract_force(sum, at(p), volume_[p] * stress_of(particles, p));
             scatter(run, sum, force);
-        }
+        });
     }
 
     void force_after(const Particles& particles, std::span<const double> velocity, double dt,
@@ -58,19 +57,19 @@ public:
         std::fill(force.begin(), force.end(), 0.0);
         if (!scene_.body_force)
             return;
-        for (const Run& run : transfer_.runs()) {
+        transfer_.for_each_run([&](const Run& run) {
             Local sum{};
             for (std::size_t p = begin(run); p < end(run); ++p) {
                 const auto b = scene_.body_force(particles.id[p], particles.x[p], particles.y[p], time);
                 add_value(sum, at(p), particles.mass[p] * b[0], particles.mass[p] * b[1]);
             }
             scatter(run, sum, force);
-        }
+        });
     }
 
     void consistent_mass_times(const Particles& particles, std::span<const double> x, std::span<double> result) const override {
         std::fill(result.begin(), result.end(), 0.0);
-        for (const Run& run : transfer_.runs()) {
+        transfer_.for_each_run([&](const Run& run) {
             const Local local = gather(run, x);
             Local sum{};
             for (std::size_t p = begin(run); p < end(run); ++p) {
@@ -79,7 +78,7 @@ public:
                 add_value(sum, n, particles.mass[p] * value.x, particles.mass[p] * value.y);
             }
             scatter(run, sum, result);
-        }
+        });
     }
 
     void linearise(const Particles& particles, std::span<const double> velocity, double dt) override {
@@ -99,7 +98,7 @@ public:
 
     void stiffness_times(std::span<const double> x, std::span<double> result) const override {
         std::fill(result.begin(), result.end(), 0.0);
-        for (const Run& run : transfer_.runs()) {
+        transfer_.for_each_run([&](const Run& run) {
             const Local local = gather(run, x);
             Local sum{};
             for (std::size_t p = begin(run); p < end(run); ++p) {
@@ -108,21 +107,22 @@ public:
                 subtract_force(sum, n, {-stress.xx, -stress.yy, -stress.zz, -stress.xy});
             }
             scatter(run, sum, result);
-        }
+        });
     }
 
     void stiffness_diagonal(std::span<double> diagonal) const override {
         std::fill(diagonal.begin(), diagonal.end(), 0.0);
-        for (const Run& run : transfer_.runs())
+        transfer_.for_each_run([&](const Run& run) {
             for_each_node_pair(run, [&](int k, int l, const double(&block)[2][2]) {
                 if (run.node[k] == run.node[l])
                     for (int c = 0; c < 2; ++c)
                         diagonal[2 * run.node[k] + c] += block[c][c];
             });
+        });
     }
 
     void stiffness_blocks(const AddBlock& add) const override {
-        for (const Run& run : transfer_.runs()) {
+        transfer_.for_each_run([&](const Run& run) {
             double matrix[2 * seen][2 * seen];
             for_each_node_pair(run, [&](int k, int l, const double(&block)[2][2]) {
                 for (int a = 0; a < 2; ++a)
@@ -130,11 +130,11 @@ public:
                         matrix[2 * k + a][2 * l + b] = block[a][b];
             });
             add(run.node, {&matrix[0][0], 4 * seen * seen});
-        }
+        });
     }
 
     void consistent_mass_blocks(const Particles& particles, const AddBlock& add) const override {
-        for (const Run& run : transfer_.runs()) {
+        transfer_.for_each_run([&](const Run& run) {
             double matrix[seen][seen] = {};
             for (std::size_t p = begin(run); p < end(run); ++p) {
                 const Weights n = at(p);
@@ -143,29 +143,35 @@ public:
                         matrix[k][l] += particles.mass[p] * n.value(k) * n.value(l);
             }
             add(run.node, {&matrix[0][0], seen * seen});
-        }
+        });
     }
 
     [[nodiscard]] int reach() const override { return support - 1; }
 
     [[nodiscard]] Forecast forecast(const Particles& particles, const NodalMotion& m) const override {
         Forecast result{.smallest_determinant = std::numeric_limits<double>::infinity()};
-        for (const Run& run : transfer_.runs()) {
-            const Local strained = gather(run, m.straining), moved = gather(run, m.motion);
-            for (std::size_t p = begin(run); p < end(run); ++p) {
-                const Weights n = at(p);
-                const VelocityGradient l = gradient(strained, n);
-                const double determinant = (1.0 + m.dt * l.xx) * (1.0 + m.dt * l.yy) - m.dt * l.xy * (m.dt * l.yx);
-                // NaN is kept
-                result.smallest_determinant =
-                    result.smallest_determinant <= determinant ? result.smallest_determinant : determinant;
-                const Vector v = value_of(moved, n);
-                result.farthest_travel = std::max({result.farthest_travel, m.dt * std::abs(v.x) / transfer_.grid().dx(),
-                                                   m.dt * std::abs(v.y) / transfer_.grid().dy()});
-                if (!transfer_.inside(particles.x[p] + m.dt * v.x, particles.y[p] + m.dt * v.y))
-                    result.leaving = static_cast<std::ptrdiff_t>(p);
+        transfer_.for_each_stripe([&](std::span<const Run> runs) {
+            Forecast part{.smallest_determinant = std::numeric_limits<double>::infinity()};
+            for (const Run& run : runs) {
+                const Local strained = gather(run, m.straining), moved = gather(run, m.motion);
+                for (std::size_t p = begin(run); p < end(run); ++p) {
+                    const Weights n = at(p);
+                    const VelocityGradient l = gradient(strained, n);
+                    part.add_determinant((1.0 + m.dt * l.xx) * (1.0 + m.dt * l.yy) - m.dt * l.xy * (m.dt * l.yx));
+                    const Vector v = value_of(moved, n);
+                    part.farthest_travel = std::max({part.farthest_travel, m.dt * std::abs(v.x) / transfer_.grid().dx(),
+                                                     m.dt * std::abs(v.y) / transfer_.grid().dy()});
+                    if (!transfer_.inside(particles.x[p] + m.dt * v.x, particles.y[p] + m.dt * v.y))
+                        part.leaving = std::max(part.leaving, static_cast<std::ptrdiff_t>(p));
+                }
             }
-        }
+#pragma omp critical
+            {
+                result.add_determinant(part.smallest_determinant);
+                result.farthest_travel = std::max(result.farthest_travel, part.farthest_travel);
+                result.leaving = std::max(result.leaving, part.leaving);
+            }
+        });
         return result;
     }
 
@@ -224,20 +230,21 @@ private:
 
     /// Calls `kernel(run, law, rotate)` for all runs; the law is looked up once for neighbouring runs of one material.
     template <class Kernel> void visit_runs(const Kernel& kernel) const {
-        const std::vector<Run>& runs = transfer_.runs();
-        for (std::size_t first = 0, last = 0; first < runs.size(); first = last) {
-            while (last < runs.size() && runs[last].material == runs[first].material)
-                ++last;
-            std::visit(
-                [&](const auto& law) {
-                    for (std::size_t r = first; r < last; ++r)
-                        if (scene_.finite_rotation)
-                            kernel(runs[r], law, std::true_type{});
-                        else
-                            kernel(runs[r], law, std::false_type{});
-                },
-                scene_.materials[static_cast<std::size_t>(runs[first].material)].law);
-        }
+        transfer_.for_each_stripe([&](std::span<const Run> runs) {
+            for (std::size_t first = 0, last = 0; first < runs.size(); first = last) {
+                while (last < runs.size() && runs[last].material == runs[first].material)
+                    ++last;
+                std::visit(
+                    [&](const auto& law) {
+                        for (const Run& run : runs.subspan(first, last - first))
+                            if (scene_.finite_rotation)
+                                kernel(run, law, std::true_type{});
+                            else
+                                kernel(run, law, std::false_type{});
+                    },
+                    scene_.materials[static_cast<std::size_t>(runs[first].material)].law);
+            }
+        });
     }
 
     [[gnu::DUCTILE_ALWAYS_INLINE]] Weights at(std::size_t p) const {

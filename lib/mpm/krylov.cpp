@@ -2,10 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace ductile::mpm {
 
-double dot(std::span<const double> a, std::span<const double> b) {
+namespace {
+
+constexpr std::size_t chunk = 4096;          // numbers that one thread adds up: the same on any number of threads
+constexpr std::size_t worth_threads = 30000; // numbers
+
+double dot_of_chunk(std::span<const double> a, std::span<const double> b) {
     double sum[4] = {}; // four sums, in an order of their own: the additions overlap
     const std::size_t whole = a.size() / 4 * 4;
     for (std::size_t i = 0; i < whole; i += 4)
@@ -16,11 +22,27 @@ double dot(std::span<const double> a, std::span<const double> b) {
     return (sum[0] + sum[1]) + (sum[2] + sum[3]);
 }
 
+} // namespace
+
+double dot(std::span<const double> a, std::span<const double> b) {
+    const std::size_t chunks = (a.size() + chunk - 1) / chunk;
+    if (chunks <= 1)
+        return dot_of_chunk(a, b);
+    std::vector<double> part(chunks);
+#pragma omp parallel for schedule(static) if (a.size() > worth_threads)
+    for (std::size_t c = 0; c < chunks; ++c) {
+        const std::size_t first = c * chunk, count = std::min(chunk, a.size() - first);
+        part[c] = dot_of_chunk(a.subspan(first, count), b.subspan(first, count));
+    }
+    return std::accumulate(part.begin(), part.end(), 0.0);
+}
+
 double norm(std::span<const double> a) { return std::sqrt(dot(a, a)); }
 
 namespace {
 
 void add(std::span<double> y, double factor, std::span<const double> x) {
+#pragma omp parallel for simd schedule(static) if (y.size() > worth_threads)
     for (std::size_t i = 0; i < y.size(); ++i)
         y[i] += factor * x[i];
 }

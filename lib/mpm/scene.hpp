@@ -18,7 +18,8 @@ struct Material {
     double heat_capacity = 0.0; ///< per mass, c of (2.3.5) [J/(kg K)]; 0: the temperature stays
 };
 
-/// Specific body force b of (2.1.2) [m/s^2] on the particle with this number, at this place and time.
+/// Specific body force b of (2.1.2) [m/s^2] on the particle with this number, at this place and time. It is called on several
+/// threads at once, and must not throw.
 using BodyForce = std::function<std::array<double, 2>(std::int64_t id, double x, double y, double time)>;
 
 /// What does not change during a run.

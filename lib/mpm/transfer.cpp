@@ -31,14 +31,7 @@ template <class Shape> bool Transfer<Shape>::inside(double x, double y) const {
     return cx >= 0.0 && cx <= grid_.cells_x && cy >= 0.0 && cy <= grid_.cells_y;
 }
 
-template <class Shape> auto Transfer<Shape>::place_of(const Particles& particles, std::size_t p) const -> Place {
-    const double x = particles.x[p], y = particles.y[p];
-    if (!inside(x, y))
-        throw RunError(
-            fmt::format("particle {} has left the background grid: it is at ({:.6g}, {:.6g}) m, and the grid extends from "
-                        "({:.6g}, {:.6g}) to ({:.6g}, {:.6g}) m: use a larger grid, another condition at its sides, or "
-                        "a smaller step",
-                        particles.id[p], x, y, grid_.left, grid_.bottom, grid_.left + grid_.width, grid_.bottom + grid_.height));
+template <class Shape> auto Transfer<Shape>::place_of(double x, double y) const -> Place {
     const double cx = (x - grid_.left) * inverse_dx_, cy = (y - grid_.bottom) * inverse_dy_;
     const int cell_x = std::min(static_cast<int>(cx), grid_.cells_x - 1),
               cell_y = std::min(static_cast<int>(cy), grid_.cells_y - 1);
@@ -54,30 +47,65 @@ template <class Shape> void Transfer<Shape>::settle(const Particles& particles, 
 }
 
 template <class Shape> void Transfer<Shape>::settle_all(const Particles& particles) {
-    for (std::size_t p = 0; p < particles.size(); ++p)
-        settle(particles, p, place_of(particles, p));
+    std::size_t outside = particles.size(); // the first that is
+#pragma omp parallel for schedule(static) reduction(min : outside) if (particles_ > particles_worth_threads)
+    for (std::size_t p = 0; p < particles.size(); ++p) {
+        const double x = particles.x[p], y = particles.y[p];
+        if (inside(x, y))
+            settle(particles, p, place_of(x, y));
+        else
+            outside = std::min(outside, p);
+    }
+    if (outside < particles.size())
+        throw RunError(
+            fmt::format("particle {} has left the background grid: it is at ({:.6g}, {:.6g}) m, and the grid extends from "
+                        "({:.6g}, {:.6g}) to ({:.6g}, {:.6g}) m: use a larger grid, another condition at its sides, or "
+                        "a smaller step",
+                        particles.id[outside], particles.x[outside], particles.y[outside], grid_.left, grid_.bottom,
+                        grid_.left + grid_.width, grid_.bottom + grid_.height));
 }
 
 template <class Shape> void Transfer<Shape>::find_runs(const Particles& particles) {
     runs_.clear();
-    run_first_.clear();
     const auto count = static_cast<std::int32_t>(particles.size());
     for (std::int32_t begin = 0, end = 0; begin < count; begin = end) {
         const std::int32_t first = first_[begin];
         const std::int64_t material = particles.material[begin];
         for (end = begin + 1; end < count && first_[end] == first && particles.material[end] == material;)
             ++end;
-        runs_.push_back({begin, end, static_cast<std::int32_t>(material), {}});
-        run_first_.push_back(first);
+        runs_.push_back({begin, end, static_cast<std::int32_t>(material), first, {}});
     }
+    sort_by_stripes();
+}
+
+/// Within a stripe runs stay in the order of the particles.
+template <class Shape> void Transfer<Shape>::sort_by_stripes() {
+    const auto stripe_of = [&](const Run& run) { return static_cast<std::size_t>(run.first / nodes_x_ / stripe_rows); };
+    stripe_begin_.assign(static_cast<std::size_t>((nodes_y_ - 1) / stripe_rows + 2), 0);
+    bool sorted = true;
+    std::size_t last = 0;
+    for (const Run& run : runs_) {
+        const std::size_t stripe = stripe_of(run);
+        ++stripe_begin_[stripe + 1];
+        sorted = sorted && stripe >= last;
+        last = stripe;
+    }
+    std::partial_sum(stripe_begin_.begin(), stripe_begin_.end(), stripe_begin_.begin());
+    if (sorted)
+        return;
+    std::vector<std::size_t> place(stripe_begin_.begin(), stripe_begin_.end() - 1);
+    sorted_runs_.resize(runs_.size());
+    for (const Run& run : runs_)
+        sorted_runs_[place[stripe_of(run)]++] = run;
+    runs_.swap(sorted_runs_);
 }
 
 /// Whether there are many more runs than places with particles.
 template <class Shape> bool Transfer<Shape>::disordered() {
     std::fill(number_.begin(), number_.end(), 0);
     std::size_t places = 0;
-    for (const std::int32_t first : run_first_)
-        places += number_[first]++ == 0 ? 1 : 0;
+    for (const Run& run : runs_)
+        places += number_[run.first]++ == 0 ? 1 : 0;
     return static_cast<double>(runs_.size()) > disorder_limit * static_cast<double>(places) + 1.0;
 }
 
@@ -92,9 +120,9 @@ template <class Shape> void Transfer<Shape>::sort(Particles& particles) {
 
 template <class Shape> void Transfer<Shape>::add_masses(const Particles& particles) {
     std::fill(lattice_mass_.begin(), lattice_mass_.end(), 0.0);
-    for (std::size_t r = 0; r < runs_.size(); ++r) {
+    for_each_run([&](const Run& run) {
         double sum[seen] = {};
-        for (auto p = static_cast<std::size_t>(runs_[r].begin); p < static_cast<std::size_t>(runs_[r].end); ++p) {
+        for (auto p = static_cast<std::size_t>(run.begin); p < static_cast<std::size_t>(run.end); ++p) {
             const Factors<support> fx = factors_x(p), fy = factors_y(p);
             for (int j = 0; j < support; ++j) {
                 const double row = particles.mass[p] * fy.w[j];
@@ -102,11 +130,11 @@ template <class Shape> void Transfer<Shape>::add_masses(const Particles& particl
                     sum[j * support + i] += row * fx.w[i];
             }
         }
-        double* const lattice = &lattice_mass_[run_first_[r]];
+        double* const lattice = &lattice_mass_[run.first];
         for (int j = 0; j < support; ++j)
             for (int i = 0; i < support; ++i)
                 lattice[j * nodes_x_ + i] += sum[j * support + i];
-    }
+    });
 }
 
 /// Moves particles that lie on a cell edge and touch nodes without mass to the cell beyond the edge. Says whether it did.
@@ -115,12 +143,12 @@ template <class Shape> bool Transfer<Shape>::leave_massless_nodes(const Particle
         return false;
     bool moved = false;
     const auto massless = [&](std::int32_t node) { return lattice_mass_[node] <= cutoff_; };
-    for (std::size_t r = 0; r < runs_.size(); ++r) {
-        const std::int32_t a = run_first_[r], b = a + 1, c = a + nodes_x_, d = c + 1;
+    for (const Run& run : runs_) {
+        const std::int32_t a = run.first, b = a + 1, c = a + nodes_x_, d = c + 1;
         if (!massless(a) && !massless(b) && !massless(c) && !massless(d))
             continue;
-        for (auto p = static_cast<std::size_t>(runs_[r].begin); p < static_cast<std::size_t>(runs_[r].end); ++p) {
-            Place place = place_of(particles, p);
+        for (auto p = static_cast<std::size_t>(run.begin); p < static_cast<std::size_t>(run.end); ++p) {
+            Place place = place_of(particles.x[p], particles.y[p]);
             const Place before = place;
             if (massless(b) && massless(d) && place.xi <= edge && place.cell_x > 0)
                 --place.cell_x, place.xi = 1.0;
@@ -153,15 +181,16 @@ template <class Shape> void Transfer<Shape>::number_nodes() {
 }
 
 template <class Shape> void Transfer<Shape>::number_runs() {
-    for (std::size_t r = 0; r < runs_.size(); ++r)
+#pragma omp parallel for schedule(static) if (particles_ > particles_worth_threads)
+    for (Run& run : runs_)
         for (int k = 0; k < seen; ++k) {
             int nearest = 2 * support;
             for (int other = 0; other < seen; ++other) {
                 const int distance = std::abs(other % support - k % support) + std::abs(other / support - k / support);
-                const std::int32_t number = number_[run_first_[r] + other / support * nodes_x_ + other % support];
+                const std::int32_t number = number_[run.first + other / support * nodes_x_ + other % support];
                 if (number >= 0 && distance < nearest) {
                     nearest = distance;
-                    runs_[r].node[k] = number;
+                    run.node[k] = number;
                     if (distance == 0)
                         break;
                 }
@@ -171,7 +200,7 @@ template <class Shape> void Transfer<Shape>::number_runs() {
 
 template <class Shape> void Transfer<Shape>::map_velocities(const Particles& particles) {
     nodes_.velocity.assign(2 * nodes_.count(), 0.0);
-    for (const Run& run : runs_) {
+    for_each_run([&](const Run& run) {
         double sum_x[seen] = {}, sum_y[seen] = {};
         for (auto p = static_cast<std::size_t>(run.begin); p < static_cast<std::size_t>(run.end); ++p) {
             const Factors<support> fx = factors_x(p), fy = factors_y(p);
@@ -188,7 +217,7 @@ template <class Shape> void Transfer<Shape>::map_velocities(const Particles& par
             nodes_.velocity[2 * run.node[k]] += sum_x[k];
             nodes_.velocity[2 * run.node[k] + 1] += sum_y[k];
         }
-    }
+    });
     for (std::size_t n = 0; n < nodes_.count(); ++n) {
         nodes_.velocity[2 * n] /= nodes_.mass[n];
         nodes_.velocity[2 * n + 1] /= nodes_.mass[n];
@@ -250,6 +279,7 @@ template <class Shape> void Transfer<Shape>::prescribe(std::span<const RigidBody
 }
 
 template <class Shape> void Transfer<Shape>::prepare(Particles& particles, std::span<const RigidBody> rigid_bodies) {
+    particles_ = particles.size();
     weights_.resize(2 * Shape::stored * particles.size());
     first_.resize(particles.size());
     settle_all(particles);
@@ -274,8 +304,8 @@ template <class Shape> void Transfer<Shape>::prepare(Particles& particles, std::
 
 template <class Shape> std::size_t Transfer<Shape>::memory_bytes() const {
     return sizeof(double) * (weights_.capacity() + lattice_mass_.capacity() + 6 * nodes_.mass.capacity()) +
-           sizeof(std::int32_t) * (first_.capacity() + number_.capacity() + run_first_.capacity()) +
-           sizeof(Run) * runs_.capacity();
+           sizeof(std::int32_t) * (first_.capacity() + number_.capacity()) +
+           sizeof(Run) * (runs_.capacity() + sorted_runs_.capacity());
 }
 
 template class Transfer<Linear>;

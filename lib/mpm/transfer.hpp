@@ -29,6 +29,7 @@ public:
 
     struct Run {
         std::int32_t begin, end, material;
+        std::int32_t first;      ///< lattice place of the first node
         std::int32_t node[seen]; ///< active numbers; row by row
     };
 
@@ -39,7 +40,30 @@ public:
     void prepare(Particles& particles, std::span<const RigidBody> rigid_bodies);
 
     [[nodiscard]] const ActiveNodes& nodes() const { return nodes_; }
-    [[nodiscard]] const std::vector<Run>& runs() const { return runs_; }
+    /// Calls `visit(runs)` for all stripes of runs, on several threads. Stripes are some rows of nodes high: what runs of one and
+    /// of the next but one add to nodes does not meet, and a sum over runs has the same bits on any number of threads.
+    void for_each_stripe(const auto& visit) const {
+        const std::span<const Run> runs = runs_;
+        const auto stripes = static_cast<int>(stripe_begin_.size()) - 1;
+#pragma omp parallel if (particles_ > particles_worth_threads)
+        for (int colour = 0; colour < 2; ++colour) {
+#pragma omp for schedule(dynamic)
+            for (int s = colour; s < stripes; s += 2)
+                visit(runs.subspan(stripe_begin_[s], stripe_begin_[s + 1] - stripe_begin_[s]));
+        }
+    }
+    void for_each_run(const auto& visit) const {
+        for_each_stripe([&](std::span<const Run> runs) {
+            for (const Run& run : runs)
+                visit(run);
+        });
+    }
+    /// Calls `visit(p)` for all particles, on several threads.
+    void for_each_particle(const auto& visit) const {
+#pragma omp parallel for schedule(static) if (particles_ > particles_worth_threads)
+        for (std::size_t p = 0; p < particles_; ++p)
+            visit(p);
+    }
     [[nodiscard]] const Grid& grid() const { return grid_; }
     [[nodiscard]] bool inside(double x, double y) const;
 
@@ -52,15 +76,19 @@ public:
     [[nodiscard]] std::size_t memory_bytes() const;
 
 private:
+    static constexpr int stripe_rows = 4; // at least support - 1
+    static constexpr std::size_t particles_worth_threads = 4000;
+
     struct Place {
         std::int32_t cell_x, cell_y;
         double xi, eta;
     };
 
-    [[nodiscard]] Place place_of(const Particles& particles, std::size_t p) const;
+    [[nodiscard]] Place place_of(double x, double y) const; ///< of a point inside
     void settle(const Particles& particles, std::size_t p, const Place& place);
     void settle_all(const Particles& particles);
     void find_runs(const Particles& particles);
+    void sort_by_stripes();
     [[nodiscard]] bool disordered();
     void sort(Particles& particles);
     void add_masses(const Particles& particles);
@@ -75,8 +103,9 @@ private:
     int nodes_x_, nodes_y_;
     aligned_vector<double> weights_;  // stored numbers of x, then of y, particle after particle
     std::vector<std::int32_t> first_; // lattice place of the first node a particle sees
-    std::vector<Run> runs_;
-    std::vector<std::int32_t> run_first_;
+    std::vector<Run> runs_, sorted_runs_;
+    std::vector<std::size_t> stripe_begin_; // place of the first run of each stripe, and the number of runs
+    std::size_t particles_ = 0;
     aligned_vector<double> lattice_mass_;
     std::vector<std::int32_t> number_; // active number of a lattice node, or -1
     double cutoff_ = 0.0;

@@ -1,9 +1,10 @@
-// benchmark_material_points: what the kernels of the material point method cost, for one thread and sorted particles.
+// benchmark_material_points: what the kernels of the material point method cost, for sorted particles.
 //
-//   build/release/benchmark_material_points [cells along a side, 256 by default]
+//   build/release/benchmark_material_points [cells along a side, 256 by default [threads, 1 by default]]
 //
 // A square of von Mises metal under random stress, four particles a cell, of which a part flows plastically. Prints nanoseconds
 // and the bytes of particle data a call must touch, with the bandwidth that makes, beside that of a plain copy of memory.
+#include <ductile/base/threads.hpp>
 #include <ductile/base/timer.hpp>
 #include <ductile/mpm/explicit_step.hpp>
 #include <ductile/mpm/momentum_balance.hpp>
@@ -95,10 +96,11 @@ void measure(int cells, ShapeFunction shape, Geometry geometry, const char* titl
 } // namespace
 
 int main(int argc, char** argv) {
-    const int cells = argc > 1 ? std::atoi(argv[1]) : 256;
+    const int cells = argc > 1 ? std::atoi(argv[1]) : 256, threads = argc > 2 ? std::atoi(argv[2]) : 1;
+    set_thread_count(threads);
     std::vector<double> source(1 << 24, 1.0), target(1 << 24);
     const double seconds = fastest([&] { std::memcpy(target.data(), source.data(), source.size() * sizeof(double)); });
-    fmt::print("copy of memory: {:.1f} GB/s read and written\n",
+    fmt::print("{} thread{}; copy of memory by one: {:.1f} GB/s read and written\n", threads, threads == 1 ? "" : "s",
                2e-9 * static_cast<double>(source.size() * sizeof(double)) / seconds);
     measure(cells, ShapeFunction::linear, Geometry::plane_strain, "linear, plane strain");
     measure(cells, ShapeFunction::linear, Geometry::axisymmetric, "linear, axisymmetric");
