@@ -1,111 +1,63 @@
-#include <ductile/base/error.hpp>
-#include <ductile/io/atomic_file.hpp>
 #include <ductile/io/particle_snapshots.hpp>
-#include <ductile/io/version.hpp>
+#include <ductile/io/snapshot_file.hpp>
 
 #include <fmt/format.h>
 
-namespace fs = std::filesystem;
+#include <utility>
 
 namespace ductile::io {
 
-namespace {
-constexpr const char* format_name = "ductile particles 1";
-} // namespace
-
-ParticleSnapshotWriter::ParticleSnapshotWriter(fs::path fields, const std::string& program,
+ParticleSnapshotWriter::ParticleSnapshotWriter(std::filesystem::path fields, const std::string& program,
                                                const std::optional<EarlierSnapshots>& earlier, const SnapshotConstants& constants)
-    : final_(std::move(fields)), partial_(final_) {
-    partial_ += ".partial";
-    AtomicFile target(partial_);
-    Hdf5File file = Hdf5File::create(target.temporary_path());
-    file.set_attribute("/", "format", std::string(format_name));
-    file.set_attribute("/", "program", program);
-    file.set_attribute("/", "version", version());
-    for (const auto& [name, value] : constants)
-        file.set_attribute("/", name, value);
-    file.create_group("snapshots");
-    if (earlier)
-        copy(*earlier, file);
-    file.close();
-    target.commit();
-    write_xdmf_file(partial_);
-}
+    : file_(std::make_unique<SnapshotFile>(
+          std::move(fields), program, constants, earlier,
+          SnapshotFile::Kind{.format = "ductile particles 1",
+                             .write_head = {},
+                             .check_head = {},
+                             .take_over =
+                                 [this](const Hdf5File& file, const std::string& group, double time_s) {
+                                     Snapshot snapshot{.group = group, .time_s = time_s};
+                                     for (const std::string& name : file.members(group)) {
+                                         const std::string path = group + "/" + name;
+                                         if (name == "position")
+                                             snapshot.particles = file.shape(path).at(0);
+                                         else
+                                             snapshot.fields.emplace_back(name, file.text_attribute(path, "units"));
+                                     }
+                                     snapshots_.push_back(std::move(snapshot));
+                                 },
+                             .xdmf = [this](const std::string& hdf5_file) { return xdmf(hdf5_file); }})) {}
 
-ParticleSnapshotWriter::~ParticleSnapshotWriter() {
-    try {
-        finish();
-    } catch (const Error&) {
-        // The partial file stays behind; who wants to know calls finish().
-    }
-}
-
-void ParticleSnapshotWriter::copy(const EarlierSnapshots& earlier, Hdf5File& file) {
-    // The partial form goes first: it began as a copy of the finished one.
-    fs::path source = earlier.fields;
-    source += ".partial";
-    if (!fs::exists(source))
-        source = earlier.fields;
-    if (!fs::exists(source))
-        return;
-    const Hdf5File old = Hdf5File::open(source);
-    if (!old.has_attribute("/", "format") || old.text_attribute("/", "format") != format_name)
-        throw InputError(fmt::format("{}: this is not a file of format '{}': move it away to go on without earlier snapshots",
-                                     source.string(), format_name));
-    for (const std::string& member : old.members("snapshots")) {
-        Snapshot snapshot{.group = "snapshots/" + member, .time_s = 0.0, .particles = 0, .fields = {}};
-        snapshot.time_s = old.double_attribute(snapshot.group, "time_s");
-        if (snapshot.time_s > earlier.until_s)
-            break;
-        for (const std::string& name : old.members(snapshot.group)) {
-            const std::string path = snapshot.group + "/" + name;
-            if (name == "position")
-                snapshot.particles = old.shape(path).at(0);
-            else
-                snapshot.fields.emplace_back(name, old.text_attribute(path, "units"));
-        }
-        file.copy_from(old, snapshot.group);
-        snapshots_.push_back(std::move(snapshot));
-    }
-}
+ParticleSnapshotWriter::~ParticleSnapshotWriter() { file_->finish_quietly(); }
 
 void ParticleSnapshotWriter::write(double time_s, std::int64_t step, std::span<const double> x, std::span<const double> y,
                                    std::span<const ParticleField> fields) {
-    Snapshot snapshot{fmt::format("snapshots/{:06}", snapshots_.size()), time_s, x.size(), {}};
     std::vector<double> position(2 * x.size());
     for (std::size_t p = 0; p < x.size(); ++p) {
         position[2 * p] = x[p];
         position[2 * p + 1] = y[p];
     }
-    AtomicFile target(partial_);
-    std::error_code error;
-    fs::copy_file(partial_, target.temporary_path(), fs::copy_options::overwrite_existing, error);
-    if (error)
-        throw RunError(fmt::format("{}: cannot make room for the next snapshot ({}): free space and restart from the checkpoint",
-                                   partial_.string(), error.message()));
-    Hdf5File file = Hdf5File::open_for_append(target.temporary_path());
-    file.create_group(snapshot.group);
-    file.set_attribute(snapshot.group, "time_s", time_s);
-    file.set_attribute(snapshot.group, "step", step);
-    const auto count = static_cast<int>(x.size());
-    file.write(snapshot.group + "/position", ArrayView{position.data(), count, 2, 2});
-    file.set_attribute(snapshot.group + "/position", "units", std::string("m"));
-    for (const ParticleField& field : fields) {
-        const std::string name = snapshot.group + "/" + field.name;
-        file.write(name, field.values);
-        file.set_attribute(name, "units", field.units);
-        snapshot.fields.emplace_back(field.name, field.units);
-    }
-    file.close();
-    target.commit();
+    Snapshot snapshot{.time_s = time_s, .particles = x.size()};
+    const std::size_t bytes = sizeof(double) * x.size() * (fields.size() + 2);
+    file_->add(time_s, step, bytes, fields.size() + 1, [&](Hdf5File& file, const std::string& group) {
+        snapshot.group = group;
+        file.write(group + "/position", ArrayView{position.data(), static_cast<int>(x.size()), 2, 2});
+        file.set_attribute(group + "/position", "units", std::string("m"));
+        for (const ParticleField& field : fields) {
+            const std::string name = group + "/" + field.name;
+            file.write(name, field.values);
+            file.set_attribute(name, "units", field.units);
+            snapshot.fields.emplace_back(field.name, field.units);
+        }
+    });
     snapshots_.push_back(std::move(snapshot));
-    write_xdmf_file(partial_);
+    file_->describe();
 }
 
-void ParticleSnapshotWriter::write_xdmf_file(const fs::path& data) const {
+std::string ParticleSnapshotWriter::xdmf(const std::string& hdf5_file) const {
     const auto item = [&](const std::string& dimensions, const std::string& dataset) {
         return fmt::format(R"(<DataItem Dimensions="{}" NumberType="Float" Precision="8" Format="HDF">{}:/{}</DataItem>)",
-                           dimensions, data.filename().string(), dataset);
+                           dimensions, hdf5_file, dataset);
     };
     std::string text = R"(<?xml version="1.0" ?>
 <Xdmf Version="3.0">
@@ -124,17 +76,9 @@ void ParticleSnapshotWriter::write_xdmf_file(const fs::path& data) const {
                                 name, units, item(fmt::format("{}", snapshot.particles), snapshot.group + "/" + name));
         text += "      </Grid>\n";
     }
-    fs::path path = final_;
-    path.replace_extension(".xdmf");
-    write_text_atomically(path, text + "    </Grid>\n  </Domain>\n</Xdmf>\n");
+    return text + "    </Grid>\n  </Domain>\n</Xdmf>\n";
 }
 
-void ParticleSnapshotWriter::finish() {
-    if (finished_)
-        return;
-    finished_ = true;
-    rename_durably(partial_, final_);
-    write_xdmf_file(final_);
-}
+void ParticleSnapshotWriter::finish() { file_->finish(); }
 
 } // namespace ductile::io

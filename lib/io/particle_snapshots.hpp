@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -32,7 +33,7 @@ public:
     ParticleSnapshotWriter(const ParticleSnapshotWriter&) = delete;
     ParticleSnapshotWriter& operator=(const ParticleSnapshotWriter&) = delete;
 
-    /// Adds a snapshot. It is made in a copy of the file that then takes its place: a full disk is a RunError, and the snapshots
+    /// Adds a snapshot. Space is reserved first: a full disk is a RunError that says how much is missing, and the snapshots
     /// before stay intact.
     void write(double time_s, std::int64_t step, std::span<const double> x, std::span<const double> y,
                std::span<const ParticleField> fields);
@@ -42,18 +43,16 @@ public:
 
 private:
     struct Snapshot {
-        std::string group;
-        double time_s;
-        std::size_t particles;
-        std::vector<std::pair<std::string, std::string>> fields; ///< names and units
+        std::string group = {};
+        double time_s = 0.0;
+        std::size_t particles = 0;
+        std::vector<std::pair<std::string, std::string>> fields = {}; ///< names and units
     };
 
-    void copy(const EarlierSnapshots& earlier, Hdf5File& file);
-    void write_xdmf_file(const std::filesystem::path& data) const;
+    [[nodiscard]] std::string xdmf(const std::string& hdf5_file) const;
 
-    std::filesystem::path final_, partial_;
     std::vector<Snapshot> snapshots_;
-    bool finished_ = false;
+    std::unique_ptr<SnapshotFile> file_;
 };
 
 } // namespace ductile::io

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -46,6 +47,8 @@ struct EarlierSnapshots {
     double until_s = 0.0;         ///< time of the checkpoint; later snapshots are left out
 };
 
+class SnapshotFile;
+
 /// Writes `fields.h5` ("ductile fields 1") and, for ParaView, `fields.xdmf` beside it.
 ///
 /// While running the file is `fields.h5.partial`; it is complete and closed between two snapshots, so that others may read it
@@ -70,14 +73,9 @@ public:
     [[nodiscard]] std::vector<double> times() const;
 
 private:
-    void copy(const EarlierSnapshots& earlier, Hdf5File& file);
-    void reserve(std::size_t bytes) const;
-    void write_xdmf_file(const std::filesystem::path& data) const;
-
-    std::filesystem::path final_, partial_;
     SnapshotGrid grid_;
     std::vector<XdmfSnapshot> snapshots_;
-    bool finished_ = false;
+    std::unique_ptr<SnapshotFile> file_;
 };
 
 } // namespace ductile::io
