@@ -4,12 +4,9 @@
 // contact lasts about 3 s, a hundred explicit steps: steps of 0.25 s resolve it, steps of 2.4 s cannot. A few seconds:
 //
 //   ./ductile colliding_disks --dt 0.24 --output out/disks
-#include <ductile/base/error.hpp>
 #include <ductile/mpm/options.hpp>
 
 #include <algorithm>
-#include <cmath>
-#include <fmt/format.h>
 
 using namespace ductile;
 using namespace ductile::mpm;
@@ -21,10 +18,7 @@ struct DiskOptions {
 };
 
 Problem make_disks(const DiskOptions& o, const Options& options) {
-    const double cells = 1.0 / options.cell_size;
-    if (std::abs(cells - std::round(cells)) > 1e-9)
-        throw InputError(fmt::format("--cell-size {}: it must divide the side of the grid, 1 m", options.cell_size));
-    const int n = static_cast<int>(std::round(cells));
+    const int n = cells_along(1.0, options, "the side of the grid", 3);
     Problem problem;
     problem.scene = {.grid = {.cells_x = n, .cells_y = n, .width = 1.0, .height = 1.0},
                      .shape = options.shape,

@@ -4,12 +4,9 @@
 // some 21.5 mm long, with a foot of some 7 mm radius. A few seconds:
 //
 //   ./ductile taylor_bar --output out/taylor
-#include <ductile/base/error.hpp>
 #include <ductile/mpm/options.hpp>
 
 #include <algorithm>
-#include <cmath>
-#include <fmt/format.h>
 
 using namespace ductile;
 using namespace ductile::mpm;
@@ -23,10 +20,7 @@ struct BarOptions {
 
 Problem make_bar(const BarOptions& o, const Options& options) {
     constexpr double radius = 3.2e-3, length = 32.4e-3, height = 36e-3, width = 12e-3;
-    const double cells = 0.4e-3 / options.cell_size;
-    if (std::abs(cells - std::round(cells)) > 1e-9 || cells < 0.5)
-        throw InputError(fmt::format("--cell-size {}: the bar fills whole cells if this divides 0.4 mm", options.cell_size));
-    const int n = static_cast<int>(std::round(cells));
+    const int n = cells_along(0.4e-3, options, "an eighth of the bar's radius");
     Problem problem;
     problem.scene = {
         .geometry = Geometry::axisymmetric,

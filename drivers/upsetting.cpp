@@ -4,12 +4,9 @@
 // sticks to it, until 60 % of the height is gone. Implicit steps a thousand times as long as explicit ones take seconds:
 //
 //   ./ductile upsetting --dt 1e-4 --output out/upsetting
-#include <ductile/base/error.hpp>
 #include <ductile/mpm/options.hpp>
 
 #include <algorithm>
-#include <cmath>
-#include <fmt/format.h>
 #include <numbers>
 
 using namespace ductile;
@@ -26,10 +23,7 @@ struct BilletOptions {
 
 Problem make_billet(const BilletOptions& o, const Options& options) {
     constexpr double width = 24e-3, height = 18e-3;
-    const double cells = 1e-3 / options.cell_size;
-    if (std::abs(cells - std::round(cells)) > 1e-9 || cells < 0.5)
-        throw InputError(fmt::format("--cell-size {}: the billet fills whole cells if this divides 1 mm", options.cell_size));
-    const int n = static_cast<int>(std::round(cells));
+    const int n = cells_along(1e-3, options, "a tenth of the billet's radius");
     Problem problem;
     problem.scene = {
         .geometry = Geometry::axisymmetric,

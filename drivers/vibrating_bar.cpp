@@ -5,12 +5,10 @@
 // periods take a second:
 //
 //   ./ductile vibrating_bar --method midpoint --output out/vibration
-#include <ductile/base/error.hpp>
 #include <ductile/mpm/options.hpp>
 
 #include <algorithm>
 #include <cmath>
-#include <fmt/format.h>
 #include <numbers>
 
 using namespace ductile;
@@ -24,12 +22,7 @@ struct BarOptions {
 
 /// Three rows of cells between slippery walls: with nu = 0 the motion is axial.
 Problem make_bar(const BarOptions& o, const Options& options) {
-    const double cells = o.length / options.cell_size;
-    if (std::abs(cells - std::round(cells)) > 1e-9 || cells < 2.5)
-        throw InputError(
-            fmt::format("--cell-size {}: the bar fills whole cells if this divides its length, {} m, into three or more",
-                        options.cell_size, o.length));
-    const int n = static_cast<int>(std::round(cells));
+    const int n = cells_along(o.length, options, "the length of the bar", 3);
     Problem problem;
     problem.scene = {.grid = {.cells_x = n + 2,
                               .cells_y = 3,

@@ -175,8 +175,8 @@ TEST_CASE("wrong options end with status 2 and a message, and leave nothing behi
         CHECK(contains(outcome.errors, message));
         CHECK_FALSE(fs::exists(output));
     };
-    refused("elastic_bar", {"--cell-size", "0.03"}, "--cell-size 0.03: the bar fills whole cells");
-    refused("upsetting", {"--cell-size", "3e-4"}, "--cell-size 0.0003: the billet fills whole cells");
+    refused("elastic_bar", {"--cell-size", "0.03"}, "--cell-size 0.03: it must divide a third of the bar, 0.1 m");
+    refused("upsetting", {"--cell-size", "3e-4"}, "--cell-size 0.0003: it must divide a tenth of the billet's radius, 0.001 m");
     refused("taylor_bar", {"--cell-size", "3e-4"}, "--cell-size 0.0003");
     refused("vibrating_bar", {"--cell-size", "7"}, "--cell-size 7");
     refused("colliding_disks", {"--cell-size", "0.3"}, "--cell-size 0.3");

@@ -1,9 +1,6 @@
-#include <ductile/base/error.hpp>
 #include <ductile/mpm/bars.hpp>
 
 #include <algorithm>
-#include <cmath>
-#include <fmt/format.h>
 #include <numeric>
 
 namespace ductile::mpm {
@@ -24,10 +21,7 @@ void declare(io::Program& program, BarOptions& bar) {
 }
 
 Problem make_bar(const BarOptions& bar, const Options& options, const Material& material) {
-    const double cells = 0.1 / options.cell_size;
-    if (std::abs(cells - std::round(cells)) > 1e-9 || cells < 0.5)
-        throw InputError(fmt::format("--cell-size {}: the bar fills whole cells if this divides 0.1 m", options.cell_size));
-    const int n = static_cast<int>(std::round(cells));
+    const int n = cells_along(0.1, options, "a third of the bar");
     Problem problem;
     problem.scene = {
         .geometry = bar.geometry,

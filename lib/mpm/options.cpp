@@ -164,6 +164,14 @@ void declare(io::Program& program, Options& options) {
     declare_run(program, options);
 }
 
+int cells_along(double length, const Options& options, const std::string& what, int at_least) {
+    const double cells = length / options.cell_size;
+    if (!(std::abs(cells - std::round(cells)) <= 1e-9) || cells < at_least - 0.5)
+        throw InputError(
+            fmt::format("--cell-size {}: it must divide {}, {:g} m, into {} or more", options.cell_size, what, length, at_least));
+    return static_cast<int>(std::round(cells));
+}
+
 std::unique_ptr<TimeStepper> make_time_stepper(const Options& o, const Scene& scene, const State& start) {
     if (o.method == Method::explicit_steps)
         return make_explicit_stepper(scene, form_of(o));

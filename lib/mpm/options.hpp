@@ -49,6 +49,10 @@ struct Options {
 /// Declares them all, grouped by topic.
 void declare(io::Program& program, Options& options);
 
+/// How many cells of --cell-size a length [m] of the scene takes. Throws InputError, naming `what` has that length, unless they
+/// are whole, and at least so many.
+[[nodiscard]] int cells_along(double length, const Options& options, const std::string& what, int at_least = 1);
+
 /// The integrator that the options ask for. Throws InputError for combinations that cannot work.
 [[nodiscard]] std::unique_ptr<TimeStepper> make_time_stepper(const Options& options, const Scene& scene, const State& start);
 [[nodiscard]] StepControl make_step_control(const Options& options, const Scene& scene, const State& start);
