@@ -82,13 +82,13 @@ void elastica(const std::filesystem::path& folder) {
     Table tip(folder / "elastica.csv", columns + "load,s_m,x_m,y_m");
     Table line(folder / "elastica_line.csv", columns + "s_m,x_m,y_m");
     for (const auto& shape : all_shapes) {
-        for (const int particles_per_side : {2, 4})
-            for (const int cells_through : {2, 4, 8})
-                bend(tip, line, Method::implicit, shape, cells_through, particles_per_side, 200);
+        for (const auto& [cells_through, particles_per_side] :
+             {std::array{2, 2}, {4, 2}, {8, 2}, {2, 4}, {4, 4}, {8, 4}, {2, 8}, {4, 8}})
+            bend(tip, line, Method::implicit, shape, cells_through, particles_per_side, 400);
         for (const int cells_through : {4, 8})
-            bend(tip, line, Method::quasi_static, shape, cells_through, 2, 200);
+            bend(tip, line, Method::quasi_static, shape, cells_through, 2, 400);
     }
-    for (const int steps : {100, 400, 800}) // what is due to the steps
+    for (const int steps : {100, 200, 800}) // what is due to the steps
         bend(tip, line, Method::implicit, all_shapes[2], 4, 4, steps);
 }
 
