@@ -19,7 +19,7 @@ namespace solutions {
 using namespace ductile;
 using namespace ductile::mpm;
 
-/// manufactured.csv: the axis-aligned manufactured solution.
+/// manufactured.csv: the axis-aligned manufactured solution; manufactured_steps.csv: how much half the steps change it.
 void manufactured(const std::filesystem::path& folder);
 /// vortex.csv: the generalised vortex; vortex_check.csv: its body force beside a numerical one.
 void vortex(const std::filesystem::path& folder);
@@ -27,7 +27,8 @@ void vortex(const std::filesystem::path& folder);
 void cylinder(const std::filesystem::path& folder);
 /// column.csv: the column under its own weight.
 void column(const std::filesystem::path& folder);
-/// elastica.csv: the tip of the cantilever; elastica_line.csv: its centre line.
+/// elastica.csv: the tip of the cantilever; elastica_line.csv: its centre line; elastica_stiffness.csv: the stiffness where the
+/// quasi-static method stops.
 void elastica(const std::filesystem::path& folder);
 /// cook.csv: the tip of Cook's membrane.
 void cook(const std::filesystem::path& folder);

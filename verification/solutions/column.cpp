@@ -58,8 +58,8 @@ void column(const std::filesystem::path& folder) {
             compact(table, shape, cells, 1600);
     for (const auto& shape : all_shapes) // what is due to the sums over particles in place of integrals
         compact(table, shape, 32, 1600, 6);
-    for (const int steps : {50, 100, 200, 400, 800, 3200})
-        compact(table, all_shapes[1], 64, steps);
+    for (const int steps : {50, 100, 200, 400, 800}) // and what to the steps
+        compact(table, all_shapes[2], 32, steps, 6);
 }
 
 } // namespace solutions

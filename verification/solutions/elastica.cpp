@@ -8,14 +8,15 @@
 // besides (Reissner 1972). Reported are the mean places of the columns of particles, which lie at s = (i + 1/2) times their
 // distance.
 //
-// Two methods. The quasi-static one has no answer once the hanging beam brings a corner into a new row of nodes: a particle that
-// alone sees n components of free nodes gives them three strains, the stiffness of the other n - 3 motions is zero, and the
-// weight acts on these as well. It goes as far as it gets. The implicit one with inertia has the mass to hold them; with the load
-// grown in 1000 s, 25 periods of the beam, and the damping of the backward Euler formula, the accelerations are nothing beside
-// the weight.
+// Two methods. The quasi-static one meets a singular stiffness once the hanging beam brings a corner into a new row of nodes: a
+// particle that alone sees n components of free nodes gives them three strains, and nothing resists their other n - 3 motions.
+// Newton's method fails there or soon after; reported are how far it got, and the stiffness where it stopped. The implicit method
+// with inertia has mass to hold these nodes; with the load grown in 1000 s, 25 periods of the beam, and the damping of the
+// backward Euler formula, what inertia does to the beam is nothing beside the weight.
 #include "cases.hpp"
 
 #include <ductile/base/error.hpp>
+#include <ductile/mpm/momentum_balance.hpp>
 
 namespace solutions {
 
@@ -25,7 +26,21 @@ constexpr double length = 10.0, thickness = 0.5, young_modulus = 1e6, density = 
 
 enum class Method { quasi_static, implicit };
 
-void bend(Table& tip, Table& line, Method method, const auto& shape, int cells_through, int particles_per_side, int steps) {
+/// Rows "shape,row,column,value" of the tangent stiffness at this state, between the components that are not prescribed; several
+/// for an entry.
+void write_stiffness(Table& table, const char* shape, const Scene& scene, State& state, double dt) {
+    MomentumBalance balance(scene, {.method = ImplicitMethod::quasi_static});
+    balance.prepare(state, dt);
+    balance.linearise(balance.initial_guess());
+    const std::vector<char>& prescribed = balance.nodes().prescribed;
+    balance.discretisation().stiffness_entries([&](int row, int column, double value) {
+        if (!prescribed[row] && !prescribed[column])
+            table.row(shape, row, column, value);
+    });
+}
+
+void bend(Table& tip, Table& line, Table& stiffness, Method method, const auto& shape, int cells_through, int particles_per_side,
+          int steps) {
     const double h = thickness / cells_through;
     const double inertia = std::pow(thickness, 3) / 12.0, load = 6.0 * young_modulus * inertia / std::pow(length, 3);
     const double gravity = load / (density * thickness);
@@ -59,6 +74,8 @@ void bend(Table& tip, Table& line, Method method, const auto& shape, int cells_t
     } catch (const RunError& error) {
         fmt::print("{}, {}, {} cells, {} particles a side: {}\n", name, shape.first, cells_through, particles_per_side,
                    error.what());
+        if (method == Method::quasi_static)
+            write_stiffness(stiffness, shape.first, scene, state, duration / steps);
     }
 
     const double distance = h / particles_per_side; // of columns
@@ -81,15 +98,15 @@ void elastica(const std::filesystem::path& folder) {
     const std::string columns = "method,shape,cells_through,particles_per_side,steps,";
     Table tip(folder / "elastica.csv", columns + "load,s_m,x_m,y_m");
     Table line(folder / "elastica_line.csv", columns + "s_m,x_m,y_m");
+    Table stiffness(folder / "elastica_stiffness.csv", "shape,row,column,value");
     for (const auto& shape : all_shapes) {
         for (const auto& [cells_through, particles_per_side] :
              {std::array{2, 2}, {4, 2}, {8, 2}, {2, 4}, {4, 4}, {8, 4}, {2, 8}, {4, 8}})
-            bend(tip, line, Method::implicit, shape, cells_through, particles_per_side, 400);
-        for (const int cells_through : {4, 8})
-            bend(tip, line, Method::quasi_static, shape, cells_through, 2, 400);
+            bend(tip, line, stiffness, Method::implicit, shape, cells_through, particles_per_side, 400);
+        bend(tip, line, stiffness, Method::quasi_static, shape, 4, 2, 400);
     }
     for (const int steps : {100, 200, 800}) // what is due to the steps
-        bend(tip, line, Method::implicit, all_shapes[2], 4, 4, steps);
+        bend(tip, line, stiffness, Method::implicit, all_shapes[2], 4, 4, steps);
 }
 
 } // namespace solutions
