@@ -33,9 +33,13 @@ void write_stiffness(Table& table, const char* shape, const Scene& scene, State&
     balance.prepare(state, dt);
     balance.linearise(balance.initial_guess());
     const std::vector<char>& prescribed = balance.nodes().prescribed;
-    balance.discretisation().stiffness_entries([&](int row, int column, double value) {
-        if (!prescribed[row] && !prescribed[column])
-            table.row(shape, row, column, value);
+    balance.discretisation().stiffness_blocks([&](std::span<const std::int32_t> nodes, std::span<const double> matrix) {
+        const std::size_t side = 2 * nodes.size();
+        const auto component = [&](std::size_t n) { return 2 * nodes[n / 2] + static_cast<std::int32_t>(n % 2); };
+        for (std::size_t r = 0; r < side; ++r)
+            for (std::size_t c = 0; c < side; ++c)
+                if (!prescribed[component(r)] && !prescribed[component(c)])
+                    table.row(shape, component(r), component(c), matrix[r * side + c]);
     });
 }
 

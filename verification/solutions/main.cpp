@@ -6,6 +6,7 @@
 #include "cases.hpp"
 
 #include <ductile/base/error.hpp>
+#include <ductile/base/threads.hpp>
 #include <ductile/io/program.hpp>
 
 #include <map>
@@ -54,6 +55,7 @@ int crossed(const Grid& grid, const Particles& p, const Places& start) {
 
 int main(int argc, char** argv) {
     return ductile::io::run_main([&] {
+        ductile::set_thread_count(1); // rows of tables are written while sums over particles run
         const std::map<std::string, void (*)(const std::filesystem::path&)> cases{
             {"manufactured", solutions::manufactured}, {"vortex", solutions::vortex},
             {"cylinder", solutions::cylinder},         {"column", solutions::column},
