@@ -18,10 +18,12 @@ public:
         volume_.resize(particles.size());
         if constexpr (axisymmetric)
             inverse_radius_.resize(particles.size());
-        transfer_.for_each_particle([&](std::size_t p) {
-            volume_[p] = particles.mass[p] / particles.density[p];
+        transfer_.for_each_range([&](std::size_t first, std::size_t last) {
+            for (std::size_t p = first; p < last; ++p)
+                volume_[p] = particles.mass[p] / particles.density[p];
             if constexpr (axisymmetric)
-                inverse_radius_[p] = 1.0 / particles.x[p];
+                for (std::size_t p = first; p < last; ++p)
+                    inverse_radius_[p] = 1.0 / particles.x[p];
         });
     }
 

@@ -29,10 +29,17 @@ double dot(std::span<const double> a, std::span<const double> b) {
     if (chunks <= 1)
         return dot_of_chunk(a, b);
     std::vector<double> part(chunks);
-#pragma omp parallel for schedule(static) if (a.size() > worth_threads)
-    for (std::size_t c = 0; c < chunks; ++c) {
+    const auto add_up = [&](std::size_t c) {
         const std::size_t first = c * chunk, count = std::min(chunk, a.size() - first);
         part[c] = dot_of_chunk(a.subspan(first, count), b.subspan(first, count));
+    };
+    if (a.size() < worth_threads) {
+        for (std::size_t c = 0; c < chunks; ++c)
+            add_up(c);
+    } else {
+#pragma omp parallel for schedule(static)
+        for (std::size_t c = 0; c < chunks; ++c)
+            add_up(c);
     }
     return std::accumulate(part.begin(), part.end(), 0.0);
 }
@@ -42,9 +49,14 @@ double norm(std::span<const double> a) { return std::sqrt(dot(a, a)); }
 namespace {
 
 void add(std::span<double> y, double factor, std::span<const double> x) {
-#pragma omp parallel for simd schedule(static) if (y.size() > worth_threads)
-    for (std::size_t i = 0; i < y.size(); ++i)
-        y[i] += factor * x[i];
+    if (y.size() < worth_threads) {
+        for (std::size_t i = 0; i < y.size(); ++i)
+            y[i] += factor * x[i];
+    } else {
+#pragma omp parallel for simd schedule(static)
+        for (std::size_t i = 0; i < y.size(); ++i)
+            y[i] += factor * x[i];
+    }
 }
 
 } // namespace

@@ -8,9 +8,9 @@
 namespace ductile::mpm {
 
 enum class ImplicitMethod {
-    paper,    ///< (2.4.1) with weight mu on the force at the end; strain and motion from v^L
-    midpoint, ///< force, strain and motion from the mean of beginning and end: keeps energy; second order at small strain
-              ///< (weights and volumes are those of the beginning)
+    paper,       ///< (2.4.1) with weight mu on the force at the end; strain and motion from v^L
+    midpoint,    ///< force, strain and motion from the mean of beginning and end: keeps energy; second order at small strain
+                 ///< (weights and volumes are those of the beginning)
     quasi_static ///< no inertia: the force at the end vanishes; a lone particle can leave motions of its nodes without resistance
 };
 

@@ -48,14 +48,17 @@ template <class Shape> void Transfer<Shape>::settle(const Particles& particles, 
 
 template <class Shape> void Transfer<Shape>::settle_all(const Particles& particles) {
     std::size_t outside = particles.size(); // the first that is
-#pragma omp parallel for schedule(static) reduction(min : outside) if (particles_ > particles_worth_threads)
-    for (std::size_t p = 0; p < particles.size(); ++p) {
-        const double x = particles.x[p], y = particles.y[p];
-        if (inside(x, y))
-            settle(particles, p, place_of(x, y));
-        else
-            outside = std::min(outside, p);
-    }
+    for_each_range([&](std::size_t first, std::size_t last) {
+        for (std::size_t p = first; p < last; ++p) {
+            const double x = particles.x[p], y = particles.y[p];
+            if (inside(x, y)) {
+                settle(particles, p, place_of(x, y));
+            } else {
+#pragma omp critical
+                outside = std::min(outside, p);
+            }
+        }
+    });
     if (outside < particles.size())
         throw RunError(
             fmt::format("particle {} has left the background grid: it is at ({:.6g}, {:.6g}) m, and the grid extends from "
@@ -181,7 +184,6 @@ template <class Shape> void Transfer<Shape>::number_nodes() {
 }
 
 template <class Shape> void Transfer<Shape>::number_runs() {
-#pragma omp parallel for schedule(static) if (particles_ > particles_worth_threads)
     for (Run& run : runs_)
         for (int k = 0; k < seen; ++k) {
             int nearest = 2 * support;

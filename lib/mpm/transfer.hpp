@@ -1,11 +1,13 @@
 #pragma once
 // Private: how particles and nodes see each other during one step.
 #include <ductile/base/aligned.hpp>
+#include <ductile/base/threads.hpp>
 #include <ductile/mpm/active_nodes.hpp>
 #include <ductile/mpm/body.hpp>
 #include <ductile/mpm/particles.hpp>
 #include <ductile/mpm/shape_functions.hpp>
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -43,13 +45,22 @@ public:
     /// Calls `visit(runs)` for all stripes of runs, on several threads. Stripes are some rows of nodes high: what runs of one and
     /// of the next but one add to nodes does not meet, and a sum over runs has the same bits on any number of threads.
     void for_each_stripe(const auto& visit) const {
-        const std::span<const Run> runs = runs_;
         const auto stripes = static_cast<int>(stripe_begin_.size()) - 1;
-#pragma omp parallel if (particles_ > particles_worth_threads)
+        const auto visit_stripe = [&](int s) __attribute__((noinline)) {
+            const std::size_t first = stripe_begin_[static_cast<std::size_t>(s)];
+            visit(std::span<const Run>(runs_).subspan(first, stripe_begin_[static_cast<std::size_t>(s) + 1] - first));
+        };
+        if (!worth_threads()) {
+            for (int colour = 0; colour < 2; ++colour)
+                for (int s = colour; s < stripes; s += 2)
+                    visit_stripe(s);
+            return;
+        }
+#pragma omp parallel
         for (int colour = 0; colour < 2; ++colour) {
 #pragma omp for schedule(dynamic)
             for (int s = colour; s < stripes; s += 2)
-                visit(runs.subspan(stripe_begin_[s], stripe_begin_[s + 1] - stripe_begin_[s]));
+                visit_stripe(s);
         }
     }
     void for_each_run(const auto& visit) const {
@@ -58,11 +69,14 @@ public:
                 visit(run);
         });
     }
-    /// Calls `visit(p)` for all particles, on several threads.
-    void for_each_particle(const auto& visit) const {
-#pragma omp parallel for schedule(static) if (particles_ > particles_worth_threads)
-        for (std::size_t p = 0; p < particles_; ++p)
-            visit(p);
+    /// Calls `visit(first, last)` for consecutive ranges of particles, on several threads.
+    void for_each_range(const auto& visit) const {
+        constexpr std::size_t range = 2048;
+        if (!worth_threads())
+            return visit(std::size_t{0}, particles_);
+#pragma omp parallel for schedule(static)
+        for (std::size_t first = 0; first < particles_; first += range)
+            visit(first, std::min(first + range, particles_));
     }
     [[nodiscard]] const Grid& grid() const { return grid_; }
     [[nodiscard]] bool inside(double x, double y) const;
@@ -77,7 +91,9 @@ public:
 
 private:
     static constexpr int stripe_rows = 4; // at least support - 1
-    static constexpr std::size_t particles_worth_threads = 4000;
+
+    /// Waking threads costs as much as some hundred particles.
+    [[nodiscard]] bool worth_threads() const { return particles_ > 4000 && thread_count() > 1; }
 
     struct Place {
         std::int32_t cell_x, cell_y;
