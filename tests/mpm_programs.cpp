@@ -128,7 +128,7 @@ TEST_CASE("upsetting: explicit and implicit runs press the billet alike; failing
     run_well("upsetting", scene + Arguments{"--dt", "1e-2", "--output", folder / "long"});
     CHECK(summary(folder / "long")["steps"].get<int>() >= 4);
     const nlohmann::json cut = summary(folder / "long");
-    CHECK(cut["steps_cut_by_rigid_travel"].get<int>() + cut["steps_ended_at_contact"].get<int>() == cut["steps"]);
+    CHECK(cut.value("steps_cut_by_rigid_travel", 0) + cut.value("steps_ended_at_contact", 0) == cut["steps"].get<int>());
     const Outcome outcome = run("upsetting", scene + Arguments{"--newton-iterations", "8", "--newton-tolerance", "1e-300",
                                                                "--output", folder / "hopeless"});
     CHECK(outcome.status == 1);

@@ -46,7 +46,7 @@ TEST_CASE("steps end where a rigid body reaches new nodes, and grow anew from th
     CHECK(state.rigid_bodies[0].y.front() > 0.8 - 1e-9);
     CHECK(control.next(state).dt == 0.01);
 
-    // in contact only where a cell takes many steps
+    // in contact only where a cell takes many steps, or less than two
     StepControl later({.target = 0.03, .first = 0.03, .grid = grid, .ends_at_contact = true});
     later.restore({.next = 0.03, .touching = true});
     StepControl fine({.target = 0.011, .first = 0.011, .grid = grid, .ends_at_contact = true});
@@ -56,6 +56,12 @@ TEST_CASE("steps end where a rigid body reaches new nodes, and grow anew from th
     for (int n = 0; n < 10 && take(fine, state, 3, true).limit != "contact"; ++n)
         CHECK(n < 1);
     CHECK(std::abs(state.rigid_bodies[0].y.front() - 0.7) < 1e-9);
+    StepControl longest({.target = 0.5, .first = 0.5, .grid = grid, .ends_at_contact = true});
+    longest.restore({.next = 0.5, .touching = true});
+    for (int n = 1; n < 4; ++n) {
+        CHECK(take(longest, state, 3, true).limit == "contact");
+        CHECK(std::abs(state.rigid_bodies[0].y.front() - (0.7 - 0.1 * n)) < 1e-8);
+    }
 }
 
 TEST_CASE("a step a little longer than planned takes the place of a remainder") {

@@ -13,7 +13,8 @@ StepControl::Step StepControl::next(const State& state) const {
     Step step{planned, plan_.recovering ? "failed step" : plan_.next < options_.target ? "ramp" : "--dt", planned};
     constexpr double largest_travel = 0.99; // of a cell
     constexpr double stretch = 1.02;        // a little longer than planned rather than a remainder too small to be worth a step
-    constexpr double seldom = 8.0;          // steps from event to event
+    // In contact an event is worth a shorter step if it comes seldom, or if steps are so long that one could miss it altogether.
+    const auto worth = [](double interval, double dt) { return interval > 8.0 * dt || interval < 2.0 * dt; };
     for (const RigidBody& body : state.rigid_bodies)
         for (const auto& [speed, cell] :
              {std::pair{std::abs(body.velocity_x), options_.grid.dx()}, {std::abs(body.velocity_y), options_.grid.dy()}})
@@ -22,7 +23,7 @@ StepControl::Step StepControl::next(const State& state) const {
     if (options_.ends_at_contact)
         for (const RigidBody& body : state.rigid_bodies) {
             const auto [time, interval] = time_to_new_nodes(body, options_.grid, options_.reach);
-            if (time < stretch * step.dt && (!plan_.touching || interval > seldom * step.dt))
+            if (time < stretch * step.dt && (!plan_.touching || worth(interval, step.dt)))
                 step = {time, "contact", planned};
         }
     return step;

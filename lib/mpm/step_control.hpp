@@ -8,9 +8,10 @@
 namespace ductile::mpm {
 
 /// Chooses the steps: from a first one up to the target by a constant factor (the paper's 20 % ramp), and
-/// - only as far as to where a rigid body reaches new nodes, always as long as none touches a body and later where this happens
-///   seldom: contact, which is looked for at the beginning of a step, would come up to a step late. At the first contact the
-///   steps begin to grow anew;
+/// - only as far as to where a rigid body reaches new nodes: contact, which is looked for at the beginning of a step, would come
+/// up
+///   to a step late. So always before the first contact, from which the steps grow anew; later where it happens seldom, or with
+///   every step or two, so that it would be missed;
 /// - less than what takes a rigid body a cell farther: it would pass through what it is to push, without an error;
 /// - half as long after a failure;
 /// - 0.7 times as long after a step that needed many Newton iterations; no longer after one that needed half as many.
