@@ -98,6 +98,7 @@ TEST_CASE("no rigid body travels a cell, a failure halves the step, and many New
     take(control, state, 15);
     CHECK(control.next(state).dt == doctest::Approx(1.2 * 0.0495));
     take(control, state, 21);
+    CHECK(control.next(state).limit == "Newton iterations");
     CHECK(control.next(state).dt == doctest::Approx(0.7 * 1.2 * 0.0495));
     int halvings = 0;
     while (control.failed(control.next(state)))

@@ -105,7 +105,7 @@ void Recorder::checkpoint(const State& state, const StepControl& control, const 
     content.scalars = {{"time", state.time}, {"planned_dt", control.plan().next}};
     content.counters = counters;
     content.counters["step"] = state.step;
-    content.counters["recovering"] = control.plan().recovering ? 1 : 0;
+    content.counters["shortened"] = static_cast<int>(control.plan().shortened);
     content.counters["touching"] = control.plan().touching ? 1 : 0;
     for (const auto& [name, array] : named_arrays(state.particles))
         content.vectors.emplace_back(fmt::format("particles/{}", name), *array);

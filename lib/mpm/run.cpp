@@ -21,7 +21,7 @@ io::RunStatus run(const Problem& problem, State& state, TimeStepper& stepper, St
     std::sort(snapshots.begin(), snapshots.end(), std::greater<>());
 
     std::int64_t failures[5] = {}; // by StepFailure
-    std::int64_t steps_cut_by_rigid_travel = 0, steps_ended_at_contact = 0;
+    std::int64_t steps_cut_by_rigid_travel = 0, steps_ended_at_contact = 0, steps_with_many_newton_iterations = 0;
     const auto counters = [&] {
         const SolverCounts now = stepper.counts();
         std::map<std::string, std::int64_t> total{{"newton_iterations", now.newton_iterations},
@@ -34,14 +34,15 @@ io::RunStatus run(const Problem& problem, State& state, TimeStepper& stepper, St
                                                   {"rejected_with_far_particle", failures[3]},
                                                   {"rejected_with_leaving_particle", failures[4]},
                                                   {"steps_cut_by_rigid_travel", steps_cut_by_rigid_travel},
-                                                  {"steps_ended_at_contact", steps_ended_at_contact}};
+                                                  {"steps_ended_at_contact", steps_ended_at_contact},
+                                                  {"steps_with_many_newton_iterations", steps_with_many_newton_iterations}};
         for (auto& [name, count] : total)
             count += checkpoint ? checkpoint->counter(name) : 0;
         return total;
     };
     if (checkpoint)
         control.restore({.next = checkpoint->scalar("planned_dt"),
-                         .recovering = checkpoint->counter("recovering") != 0,
+                         .shortened = static_cast<StepControl::Shortened>(checkpoint->counter("shortened")),
                          .touching = checkpoint->counter("touching") != 0});
 
     Timer wall, since_checkpoint;
@@ -60,7 +61,8 @@ io::RunStatus run(const Problem& problem, State& state, TimeStepper& stepper, St
         summary.steps = state.step;
         summary.rejected_steps = 0;
         for (const char* name : {"rejected_without_convergence", "rejected_with_folded_grid", "rejected_with_far_particle",
-                                 "rejected_with_leaving_particle", "steps_cut_by_rigid_travel", "steps_ended_at_contact"}) {
+                                 "rejected_with_leaving_particle", "steps_cut_by_rigid_travel", "steps_ended_at_contact",
+                                 "steps_with_many_newton_iterations"}) {
             summary.rejected_steps += std::string_view(name).starts_with("rejected") ? total[name] : 0;
             if (total[name] > 0)
                 summary.extra[name] = total[name];
@@ -110,6 +112,7 @@ io::RunStatus run(const Problem& problem, State& state, TimeStepper& stepper, St
             control.accepted(step, outcome.newton_iterations, touching);
             steps_cut_by_rigid_travel += step.limit == "rigid travel" ? 1 : 0;
             steps_ended_at_contact += step.limit == "contact" ? 1 : 0;
+            steps_with_many_newton_iterations += outcome.newton_iterations > control.options().many_newton_iterations ? 1 : 0;
 
             Timer output;
             if (state.step % options.history_every == 0)

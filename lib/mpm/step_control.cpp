@@ -10,7 +10,8 @@ namespace ductile::mpm {
 
 StepControl::Step StepControl::next(const State& state) const {
     const double planned = std::min(plan_.next, options_.target);
-    Step step{planned, plan_.recovering ? "failed step" : plan_.next < options_.target ? "ramp" : "--dt", planned};
+    constexpr std::string_view reasons[] = {"ramp", "failed step", "Newton iterations"};
+    Step step{planned, plan_.next < options_.target ? reasons[static_cast<int>(plan_.shortened)] : "--dt", planned};
     constexpr double largest_travel = 0.99; // of a cell
     constexpr double stretch = 1.02;        // a little longer than planned rather than a remainder too small to be worth a step
     // In contact an event is worth a shorter step if it comes seldom, or if steps are so long that one could miss it altogether.
@@ -36,13 +37,16 @@ void StepControl::accepted(const Step& step, int newton_iterations, bool touchin
     plan_.next = std::min(step.planned * growth, options_.target);
     if (step.limit == "contact" && !plan_.touching)
         plan_.next = std::min(options_.first, options_.target);
-    plan_.recovering = plan_.recovering && plan_.next < options_.target;
+    if (newton_iterations > options_.many_newton_iterations)
+        plan_.shortened = Shortened::by_newton_iterations;
+    else if (plan_.next >= options_.target)
+        plan_.shortened = Shortened::by_ramp;
     plan_.touching = touching;
 }
 
 bool StepControl::failed(const Step& step) {
     plan_.next = 0.5 * step.dt;
-    plan_.recovering = true;
+    plan_.shortened = Shortened::by_failure;
     return plan_.next > std::ldexp(options_.target, -30);
 }
 

@@ -41,10 +41,13 @@ public:
     [[nodiscard]] bool failed(const Step& step);
 
     [[nodiscard]] const Options& options() const { return options_; }
+    /// Why the steps are shorter than the target.
+    enum class Shortened { by_ramp, by_failure, by_newton_iterations };
     /// What a checkpoint must hold.
     struct Plan {
         double next = 0.0; ///< length of the next step
-        bool recovering = false, touching = false;
+        Shortened shortened = Shortened::by_ramp;
+        bool touching = false; ///< as in accepted()
     };
     [[nodiscard]] const Plan& plan() const { return plan_; }
     void restore(const Plan& plan) { plan_ = plan; }
