@@ -193,6 +193,28 @@ TEST_CASE("wrong options end with status 2 and a message, and leave nothing behi
     refused("elastic_bar", {"--restart", folder / "none.h5"}, "none.h5: there is no such file");
 }
 
+TEST_CASE("a run that cannot go on ends with status 1, says why, and leaves whole files") {
+    const Arguments hopeless = {"--newton-tolerance", "1e-300", "--newton-iterations", "3", "--krylov-vectors", "3"};
+    for (const auto& [program, how, message] :
+         {std::tuple{"elastic_bar", hopeless + Arguments{"--dt", "0.1"}, "failed even with dt = "},
+          {"plastic_bar", hopeless + Arguments{"--dt", "0.1", "--form", "momentum"}, "failed even with dt = "},
+          {"colliding_disks", {"--dt", "0.5", "--method", "midpoint", "--duration", "1e3"}, "would leave the background grid"},
+          {"upsetting", {"--method", "explicit", "--dt", "1e-6"}, "the step is too long for the explicit method"},
+          {"vibrating_bar", hopeless, "failed even with dt = "},
+          {"taylor_bar", {"--dt", "1e-6"}, "the step is too long for the explicit method"}}) {
+        CAPTURE(program);
+        const scratch::Folder folder;
+        const Outcome outcome = run(program, how + Arguments{"--snapshots", "0", "--output", folder / "run"});
+        CAPTURE(outcome.errors);
+        CHECK(outcome.status == 1);
+        CHECK(contains(outcome.errors, message));
+        CHECK(summary(folder / "run")["status"] == "failed");
+        CHECK(contains(summary(folder / "run")["reason"].get<std::string>(), message));
+        CHECK(Hdf5File::open(folder / "run" / "fields.h5").members("snapshots").size() == 1);
+        CHECK_FALSE(fs::exists(folder / "run" / "fields.h5.partial"));
+    }
+}
+
 TEST_CASE("a checkpoint that does not fit is refused") {
     const scratch::Folder folder;
     run_well("elastic_bar", {"--dt", "0.5", "--output", folder / "run"});
