@@ -59,9 +59,13 @@ Result result_in(const fs::path& folder, const std::string& program) {
         result.vectors[name] = checkpoint.vector(std::string("particles/") + name);
     const std::vector<std::int64_t> id = checkpoint.integer_vector("particles/id");
     result.vectors["id"].assign(id.begin(), id.end());
-    for (const char* name : {"step", "newton_iterations", "linear_iterations", "residual_evaluations",
-                             "rejected_without_convergence", "steps_cut_by_rigid_travel"})
+    for (const char* name :
+         {"step", "newton_iterations", "linear_iterations", "residual_evaluations", "rejected_without_convergence",
+          "steps_cut_by_rigid_travel", "steps_ended_at_contact", "steps_with_many_newton_iterations", "shortened"})
         result.counters[name] = checkpoint.counter(name);
+    result.vectors["planned_dt"] = {checkpoint.scalar("planned_dt")};
+    const std::vector<std::int64_t> touching = checkpoint.integer_vector("touching");
+    result.vectors["touching"].assign(touching.begin(), touching.end());
     const Hdf5File fields = Hdf5File::open(folder / "fields.h5");
     for (const std::string& snapshot : fields.members("snapshots"))
         for (const std::string& name : fields.members("snapshots/" + snapshot))
@@ -254,6 +258,8 @@ TEST_CASE("a restart of a restart gives the bits of the uninterrupted run, for e
     compare("upsetting", {"6e-4", "1.2e-3", "2e-3"}, {"--dt", "1e-4", "--snapshots", "1e-3"});
     compare("upsetting", {"6e-4", "1.2e-3", "2e-3"},
             {"--dt", "3e-4", "--krylov-vectors", "8", "--preconditioner", "diagonal", "--snapshots", "1e-3"});
+    // stopped once before contact and once in the ramp after it
+    compare("upsetting", {"2e-4", "4e-4", "7e-4"}, {"--dt", "1e-4", "--dt-start", "2e-5", "--many-newton", "4"});
     compare("vibrating_bar", {"3", "5", "8"}, {"--dt", "0.2"});
     compare("taylor_bar", {"4e-6", "8e-6", "12e-6"}, {"--snapshots", "6e-6", "--history-every", "1"});
 }

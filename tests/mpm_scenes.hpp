@@ -88,7 +88,8 @@ inline double largest_stress(const Particles& particles) {
     double largest = 0.0;
     for (const auto* component : {&particles.stress_xx, &particles.stress_yy, &particles.stress_zz, &particles.stress_xy})
         for (const double s : *component)
-            largest = std::abs(s) <= largest ? largest : std::abs(s); // NaN is kept
+            if (std::abs(s) > largest || std::isnan(s)) // NaN stays
+                largest = std::abs(s);
     return largest;
 }
 

@@ -1,6 +1,9 @@
 // Which steps are taken: ramps, contact, rigid travel, failures, Newton iterations.
+#include <ductile/mpm/discretisation.hpp>
+#include <ductile/mpm/options.hpp>
 #include <ductile/mpm/step_control.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <doctest/doctest.h>
 
@@ -24,7 +27,7 @@ State scene() {
 StepControl::Step take(StepControl& control, State& state, int newton_iterations = 3, bool touching = false) {
     const StepControl::Step step = control.next(state);
     move_rigid_bodies(state.rigid_bodies, step.dt);
-    control.accepted(step, newton_iterations, touching);
+    control.accepted(step, newton_iterations, std::vector<std::int64_t>(state.rigid_bodies.size(), touching ? 1 : 0));
     return step;
 }
 
@@ -48,19 +51,72 @@ TEST_CASE("steps end where a rigid body reaches new nodes, and grow anew from th
 
     // in contact only where a cell takes many steps, or less than two
     StepControl later({.target = 0.03, .first = 0.03, .grid = grid, .ends_at_contact = true});
-    later.restore({.next = 0.03, .touching = true});
+    later.restore({.next = 0.03, .touching = {1}});
     StepControl fine({.target = 0.011, .first = 0.011, .grid = grid, .ends_at_contact = true});
-    fine.restore({.next = 0.011, .touching = true});
+    fine.restore({.next = 0.011, .touching = {1}});
     for (int n = 0; n < 3; ++n)
         CHECK(take(later, state, 3, true).dt == 0.03);
     for (int n = 0; n < 10 && take(fine, state, 3, true).limit != "contact"; ++n)
         CHECK(n < 1);
     CHECK(std::abs(state.rigid_bodies[0].y.front() - 0.7) < 1e-9);
     StepControl longest({.target = 0.5, .first = 0.5, .grid = grid, .ends_at_contact = true});
-    longest.restore({.next = 0.5, .touching = true});
+    longest.restore({.next = 0.5, .touching = {1}});
     for (int n = 1; n < 4; ++n) {
         CHECK(take(longest, state, 3, true).limit == "contact");
         CHECK(std::abs(state.rigid_bodies[0].y.front() - (0.7 - 0.1 * n)) < 1e-8);
+    }
+}
+
+TEST_CASE("of several rigid bodies the first event counts, and each has a first contact of its own") {
+    for (const bool swapped : {false, true}) {
+        State state = scene();
+        RigidBody later = state.rigid_bodies[0];
+        for (double& y : later.y)
+            y += 5e-4; // its event comes so soon after the other's that a step could be stretched to it
+        state.rigid_bodies.insert(swapped ? state.rigid_bodies.begin() : state.rigid_bodies.end(), later);
+        StepControl control({.target = 0.08, .first = 0.08, .grid = grid, .ends_at_contact = true});
+        CHECK(control.next(state).dt == doctest::Approx(0.075));
+    }
+    State state = scene(); // an anvil at rest that holds nodes from the beginning
+    state.rigid_bodies.push_back({.name = "anvil", .x = {0.05}, .y = {0.05}});
+    StepControl control({.target = 0.03, .first = 0.01, .growth = 10.0, .grid = grid, .ends_at_contact = true});
+    control.restore({.next = 0.03, .touching = {0, 1}});
+    for (int n = 0; n < 2; ++n)
+        control.accepted(take(control, state), 3, std::vector<std::int64_t>{0, 1});
+    const StepControl::Step step = control.next(state);
+    CHECK(step.limit == "contact");
+    CHECK(step.first_contact);
+}
+
+TEST_CASE("at first contact the steps begin anew, but never longer than they were") {
+    State state = scene();
+    StepControl control({.target = 0.08, .first = 0.08, .grid = grid, .ends_at_contact = true, .many_newton_iterations = 20});
+    CHECK(take(control, state, 25).limit == "contact");
+    CHECK(control.next(state).dt == doctest::Approx(0.7 * 0.08));
+    CHECK(control.next(state).limit == "Newton iterations");
+}
+
+TEST_CASE("from where a step ends at contact the body holds new nodes, with every shape function") {
+    for (const ShapeFunction shape : {ShapeFunction::linear, ShapeFunction::gimp, ShapeFunction::bspline}) {
+        CAPTURE(static_cast<int>(shape));
+        const Scene scene{.grid = grid, .shape = shape, .materials = {{LinearElastic(elasticity_from_young(1000.0, 0.3))}}};
+        State state;
+        add_body(state.particles, {.shape = rectangle(0.2, 0.2, 0.6, 0.6), .density = 10.0}, grid, scene.geometry);
+        state.rigid_bodies.push_back(make_rigid_body("plate", rectangle(0.0, 0.85, 0.8, 0.95), 2, grid));
+        state.rigid_bodies[0].velocity_y = -1.0;
+        Options options{.cell_size = 0.1, .shape = shape, .dt = "0.03", .duration = 1.0};
+        StepControl control = make_step_control(options, scene, state);
+        const auto discretisation = make_discretisation(scene);
+        const auto touching = [&] {
+            discretisation->prepare(state.particles, state.rigid_bodies);
+            const auto& holders = discretisation->nodes().rigid_body;
+            return std::any_of(holders.begin(), holders.end(), [](std::int32_t body) { return body >= 0; });
+        };
+        StepControl::Step step;
+        for (int n = 0; n < 30 && !touching(); ++n)
+            step = take(control, state);
+        CHECK(touching());
+        CHECK(step.first_contact);
     }
 }
 
@@ -72,16 +128,16 @@ TEST_CASE("a step a little longer than planned takes the place of a remainder") 
 
 TEST_CASE("new nodes of bodies with several leading points, and for wider points") {
     RigidBody body{.name = "stair", .velocity_x = 2.0, .x = {0.05, 0.19}, .y = {0.55, 0.65}};
-    NewNodes next = time_to_new_nodes(body, grid, 0.0);
+    NewNodes next = time_to_new_nodes(body, grid, 0.0, 1e-9);
     CHECK(next.time == doctest::Approx(0.005)); // 0.01 m to the cell beyond 0.2 m
     CHECK(next.interval == doctest::Approx(0.05));
     body.y[0] = 0.65; // now one row: the first point follows into cells that the second leaves
-    next = time_to_new_nodes(body, grid, 0.0);
+    next = time_to_new_nodes(body, grid, 0.0, 1e-9);
     CHECK(next.time == doctest::Approx(0.005));
-    next = time_to_new_nodes(body, grid, 0.25); // sees the nodes beyond a quarter of a cell before the edge
+    next = time_to_new_nodes(body, grid, 0.25, 1e-9); // sees the nodes beyond a quarter of a cell before the edge
     CHECK(next.time == doctest::Approx(0.0125));
     body.velocity_x = 0.0;
-    CHECK(time_to_new_nodes(body, grid, 0.0).time > 1e300);
+    CHECK(time_to_new_nodes(body, grid, 0.0, 1e-9).time > 1e300);
 }
 
 TEST_CASE("no rigid body travels a cell, a failure halves the step, and many Newton iterations shorten the next") {

@@ -26,14 +26,20 @@ Block large_block(ShapeFunction shape) {
     return b;
 }
 
+/// Sets the number of threads for as long as it lives.
+struct Threads {
+    explicit Threads(int count) { set_thread_count(count); }
+    ~Threads() { set_thread_count(before); }
+    int before = thread_count();
+};
+
 Particles after_steps(ShapeFunction shape, const std::function<std::unique_ptr<TimeStepper>(const Scene&)>& make, double dt,
                       int threads) {
-    set_thread_count(threads);
+    const Threads team(threads);
     Block b = large_block(shape);
     const auto stepper = make(b.scene);
     for (int n = 0; n < 3; ++n)
         REQUIRE(stepper->attempt(b.state, dt).accepted);
-    set_thread_count(1);
     return b.state.particles;
 }
 
@@ -62,6 +68,26 @@ TEST_CASE("explicit and implicit steps have the same bits on one, two and three 
                     CHECK(*first[k].second == *second[k].second);
             }
         }
+}
+
+TEST_CASE("so have long sums, and a Krylov method made of them") {
+    const std::size_t size = 40'001;
+    const std::vector<double> a = random_vector(size, 1.0, 1), b = random_vector(size, 1.0, 2);
+    const auto results = [&](int threads) {
+        const Threads team(threads);
+        std::vector<double> s(size);
+        Krylov krylov;
+        const LinearMap map = [&](std::span<const double> x, std::span<double> result) {
+            for (std::size_t i = 0; i < size; ++i)
+                result[i] = (3.0 + a[i]) * x[i] - (i > 0 ? x[i - 1] : 0.0);
+        };
+        CHECK(krylov.gmres(map, {}, b, s, 1e-8, 60).converged);
+        s.push_back(dot(a, b));
+        return s;
+    };
+    const std::vector<double> one = results(1);
+    CHECK(results(2) == one);
+    CHECK(results(3) == one);
 }
 
 TEST_SUITE_END();

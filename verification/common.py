@@ -91,6 +91,11 @@ def summary(folder):
         return None
 
 
+def step_seconds(summary):
+    """Wall seconds of the steps alone, without files."""
+    return sum(value for phase, value in summary["phase_seconds"].items() if phase != "output")
+
+
 def stopped_with(folder, wanted):
     """Whether the folder holds a checkpoint of an unfinished run with these parameters."""
     try:

@@ -8,7 +8,7 @@ the paper scales its residual (Tables IV to VI) the row is run with the 2-norm, 
 The operations of a run are estimated from what it did: an explicit step counts as 1, a residual as 0.5, a Jacobian product as 0.45,
 which is the ratio of their floating-point operations on a particle in the plane. Runs are kept in the work folder.
 
-    verification/tables.py            # five minutes
+    verification/tables.py            # two minutes
 """
 
 import common
@@ -52,11 +52,6 @@ def operations(summary):
     return summary["steps"] + 0.5 * summary["residual_evaluations"] + 0.45 * summary["jacobian_products"]
 
 
-def seconds(summary):
-    """Of the steps alone, without files."""
-    return sum(value for phase, value in summary["phase_seconds"].items() if phase != "output")
-
-
 def run(arguments, program, name, options):
     folder = common.run(arguments.program.parent / program, arguments.work / name, {"snapshots": 0, **options})
     return common.summary(folder)
@@ -71,7 +66,7 @@ def main():
              f"{EXTRA_STEPS} steps beyond 9.5 ms, as the paper's do.\n")
     for title, (program, scene, method, explicit_steps, rows) in TABLES.items():
         explicit = run(arguments, program, f"{program}-explicit", scene | {"method": "explicit", "dt": "auto", "history-every": 100})
-        text += f"\n## Table {title}\n\nexplicit: {explicit['steps']} steps (paper: {explicit_steps}), {seconds(explicit):.3g} s\n\n"
+        text += f"\n## Table {title}\n\nexplicit: {explicit['steps']} steps (paper: {explicit_steps}), {common.step_seconds(explicit):.3g} s\n\n"
         norms = {"2-norm": {}} if method["residual-scale"] == "none" else {"2-norm": {}, "root mean square": {"residual-scale": "stiffness-rms"}}
         table, own_table = [], []
         for dt, first, steps, newton, linear, ratio in rows:
@@ -82,10 +77,10 @@ def main():
                             step | PAPER | method | scale | end)
                 table.append([f"{dt:g}", f"{first:g}", norm, paper["steps"], steps, paper["newton_iterations"], newton,
                               paper["linear_iterations"], linear, f"{operations(paper) / operations(explicit):.4f}", f"{ratio:.4f}",
-                              f"{seconds(paper) / seconds(explicit):.4f}"])
+                              f"{common.step_seconds(paper) / common.step_seconds(explicit):.4f}"])
             own = run(arguments, program, f"{program}-{dt:g}-{first:g}-own", step)
             own_table.append([f"{dt:g}", f"{first:g}", own["steps"], own["newton_iterations"], own["linear_iterations"],
-                              f"{operations(own) / operations(explicit):.4f}", f"{seconds(own) / seconds(explicit):.4f}"])
+                              f"{operations(own) / operations(explicit):.4f}", f"{common.step_seconds(own) / common.step_seconds(explicit):.4f}"])
         numbers += [[title, *row] for row in table] + [[f"{title}, defaults", *row] for row in own_table]
         text += common.markdown_table(HEADER, table) + "\nWith the defaults:\n\n" + common.markdown_table(OWN_HEADER, own_table)
     common.publish(arguments.results, "tables", text, ["table", *HEADER], numbers)

@@ -4,7 +4,7 @@
 The load jumps when particles cross cell edges, so curves are compared by their means over windows of 0.8 mm. Runs are kept in the
 work folder.
 
-    verification/upsetting.py         # five minutes
+    verification/upsetting.py         # four minutes
 """
 
 import matplotlib.pyplot as plt
@@ -32,11 +32,6 @@ SOLVERS = {  # at dt = 1e-4 s
 SLOW = ("no preconditioner", "no line search")  # more than ten minutes each on the finest mesh
 
 
-def seconds(summary):
-    """Of the steps alone, without files."""
-    return sum(value for phase, value in summary["phase_seconds"].items() if phase != "output")
-
-
 def windows(history):
     """Mean load in each window [N], the curve taken as straight from row to row."""
     way, load = (np.concatenate([[0.0], history[name]]) for name in ("deflection_m", "load_N"))
@@ -57,8 +52,8 @@ def main():
         return common.summary(folder), common.history(folder)
 
     explicit = run("explicit", {"method": "explicit", "dt": "auto", "history-every": 50})
-    shorter = {(f"explicit, safety {safety}", safety): run(f"explicit-{safety}", {"method": "explicit", "dt": "auto", "safety": safety,
-                                                                                 "history-every": 50}) for safety in (0.45, 0.4, 0.3)}
+    shorter = {safety: run(f"explicit-{safety}", {"method": "explicit", "dt": "auto", "safety": safety, "history-every": 50})
+               for safety in (0.45, 0.4, 0.3)}
     # the steps begin at a fifth of their length, at contact, too
     steps = {(form, dt): run(f"{form}-{dt:g}", {"dt": dt, "dt-start": dt / 5, "form": form}) for form in FORMS for dt in STEPS}
     meshes = {cell: run(f"cell-{cell:g}", {"dt": 1e-4, "cell-size": cell}) for cell in CELLS}
@@ -68,19 +63,25 @@ def main():
 
     reference = windows(explicit[1])
     rows = []
-    for (form, dt), (summary, history) in {**steps, **shorter}.items():
+
+    def add_row(form, dt, summary, history):
         deviation = windows(history) / reference - 1
         first, second, rest = deviation[0], deviation[1], np.max(np.abs(deviation[2:]))
         # a step of 1e-3 s is longer than a window
         compared = [f"{first:+.3f}", f"{second:+.3f}", f"{rest:.3f}"] if dt != 1e-3 else 3 * [""]
-        rows.append([form, f"{dt:g}" if (form, dt) in steps else "", summary["steps"], summary["rejected_steps"], summary["newton_iterations"],
-                     summary["linear_iterations"], *compared, f"{seconds(summary) / seconds(explicit[0]):.4f}",
+        rows.append([form, f"{dt:g}" if dt else "", summary["steps"], summary["rejected_steps"], summary["newton_iterations"],
+                     summary["linear_iterations"], *compared, f"{common.step_seconds(summary) / common.step_seconds(explicit[0]):.4f}",
                      f"{summary['extra']['mean_load_of_last_3_percent_N'] / 1e3:.0f}", f"{summary['extra']['final_radius_m'] * 1e3:.2f}"])
+
+    for (form, dt), outcome in steps.items():
+        add_row(form, dt, *outcome)
+    for safety, outcome in shorter.items():
+        add_row(f"explicit, safety {safety}", None, *outcome)
     header = ["form", "dt [s]", "steps", "failed", "Newton", "linear", "first window", "second", "others", "time", "last 3 % [kN]",
               "radius [mm]"]
     text = f"# Upsetting\n\n{common.provenance()}\n\n"
     extra = explicit[0]["extra"]
-    text += (f"Explicit (momentum form): {explicit[0]['steps']} steps, {seconds(explicit[0]):.2f} s, mean load of the last 3 % "
+    text += (f"Explicit (momentum form): {explicit[0]['steps']} steps, {common.step_seconds(explicit[0]):.2f} s, mean load of the last 3 % "
              f"{extra['mean_load_of_last_3_percent_N'] / 1e3:.0f} kN, radius {extra['final_radius_m'] * 1e3:.2f} mm.\n"
              "Implicit, 1 mm, first steps of dt/5: deviation from the explicit run of the mean load in windows of 0.8 mm, in the first (contact), the "
              "second (the platen reaches the next row of nodes) and the largest of the others; explicit runs with shorter steps beside them; \"time\" is that of the steps, the "
@@ -89,13 +90,13 @@ def main():
     for title, runs in (("Cells of 1, 0.5 and 0.25 mm, dt = 1e-4 s", meshes), ("Shape functions, 1 mm, dt = 1e-4 s", shapes)):
         text += f"\n{title}:\n\n" + common.markdown_table(
             ["", "steps", "failed", "Newton", "linear", "seconds", "last 3 % [kN]", "final load [kN]", "radius [mm]"],
-            [[key, s["steps"], s["rejected_steps"], s["newton_iterations"], s["linear_iterations"], f"{seconds(s):.2f}",
+            [[key, s["steps"], s["rejected_steps"], s["newton_iterations"], s["linear_iterations"], f"{common.step_seconds(s):.2f}",
               f"{s['extra']['mean_load_of_last_3_percent_N'] / 1e3:.0f}", f"{s['extra']['final_load_N'] / 1e3:.0f}",
               f"{s['extra']['final_radius_m'] * 1e3:.2f}"] for key, (s, _) in runs.items()])
     for cell, runs in solvers.items():
         text += f"\nSolvers, {cell * 1e3:g} mm, dt = 1e-4 s:\n\n" + common.markdown_table(
             ["", "steps", "failed", "Newton", "linear", "seconds"],
-            [[name, s["steps"], s["rejected_steps"], s["newton_iterations"], s["linear_iterations"], f"{seconds(s):.2f}"]
+            [[name, s["steps"], s["rejected_steps"], s["newton_iterations"], s["linear_iterations"], f"{common.step_seconds(s):.2f}"]
              for name, s in runs.items()])
     common.publish(arguments.results, "upsetting", text, header, rows)
 

@@ -32,7 +32,7 @@ struct SparseCholesky::Implementation {
             return;
         const char* reason = common.status == CHOLMOD_OUT_OF_MEMORY ? "out of memory"
                              : common.status == CHOLMOD_TOO_LARGE   ? "the problem is too large for 32-bit indices"
-                             : common.status == CHOLMOD_NOT_POSDEF  ? "it is not positive definite"
+                             : common.status == CHOLMOD_NOT_POSDEF  ? "it is not positive definite, or singular"
                                                                     : "internal error";
         throw RunError(fmt::format("CHOLMOD cannot {} the stiffness: {} (status {})", action, reason, common.status));
     }

@@ -20,8 +20,8 @@ public:
     /// What a kind of snapshots brings along.
     struct Kind {
         std::string format;
-        std::function<void(Hdf5File& file)> write_head;                                               ///< may be empty
-        std::function<void(const Hdf5File& file)> check_head;                                         ///< of earlier snapshots
+        std::function<void(Hdf5File& file)> write_head;       ///< may be empty
+        std::function<void(const Hdf5File& file)> check_head; ///< of earlier snapshots; may be empty
         std::function<void(const Hdf5File& file, const std::string& group, double time_s)> take_over; ///< an earlier snapshot
         std::function<std::string(const std::string& hdf5_file)> xdmf;                                ///< of all snapshots so far
     };

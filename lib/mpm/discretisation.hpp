@@ -3,6 +3,7 @@
 #include <ductile/mpm/particles.hpp>
 #include <ductile/mpm/scene.hpp>
 
+#include <cmath>
 #include <cstddef>
 #include <functional>
 #include <memory>
@@ -27,12 +28,13 @@ struct Forecast {
 
     /// NaN stays.
     void add_determinant(double determinant) {
-        smallest_determinant = smallest_determinant <= determinant ? smallest_determinant : determinant;
+        if (determinant < smallest_determinant || std::isnan(determinant))
+            smallest_determinant = determinant;
     }
 };
 
 /// Takes one dense matrix, row by row, over nodes with these active numbers. Calls on several threads at once have no node in
-/// common.
+/// common; they must not throw.
 using AddBlock = std::function<void(std::span<const std::int32_t> nodes, std::span<const double> matrix)>;
 
 /// The discrete equations of Sec. 2.2 of Sulsky & Kaul for particles on the background grid, at one instant: prepare() takes the

@@ -208,6 +208,8 @@ StepControl make_step_control(const Options& o, const Scene& scene, const State&
                         .grid = scene.grid,
                         .ends_at_contact = o.method != Method::explicit_steps,
                         .reach = scene.shape == ShapeFunction::gimp ? rigid_half_width : 0.0,
+                        // smooth shape functions rise with the square of the way
+                        .landing = scene.shape == ShapeFunction::linear ? 1e-9 : 1e-5,
                         .many_newton_iterations = o.many_newton});
 }
 

@@ -14,8 +14,10 @@ public:
     /// Throws RunError where the velocity form's matrix is not positive definite.
     void factorise(const MomentumBalance& balance) {
         const ActiveNodes& nodes = balance.nodes();
-        momentum_ = balance.scheme().form == Form::momentum;
-        const bool same_entries = factor_ && lattice_ == nodes.lattice && prescribed_ == nodes.prescribed;
+        const bool momentum = balance.scheme().form == Form::momentum;
+        const bool same_entries =
+            factor_ && momentum == momentum_ && lattice_ == nodes.lattice && prescribed_ == nodes.prescribed;
+        momentum_ = momentum;
         lattice_ = nodes.lattice;
         prescribed_ = nodes.prescribed;
         mass_ = nodes.mass;

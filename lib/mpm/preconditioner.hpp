@@ -15,8 +15,8 @@ enum class PreconditionerKind {
 
 /// Approximations of J^-1 with c = mu kappa dt and the stiffness dt K.
 ///
-/// Velocity form: J = A = M + c dt K (quasi-static: without M), or its diagonal. Where A is not positive definite (softening) its
-/// diagonal takes its place.
+/// Velocity form: J = A = M + c dt K (quasi-static: without M), or its diagonal. Where A cannot be factorised (softening makes it
+/// indefinite) its diagonal takes its place.
 /// Momentum form: J = I + c dt K S with S = M^-1 M_c M^-1, which may be singular. The diagonal one takes S for M^-1: M/diag(A).
 /// The tangent one solves J u = b with w = S u and z = M^-1 u as the symmetric quasi-definite system
 ///   c dt K w + M z = b,   M w - M_c z = 0.

@@ -106,7 +106,6 @@ void Recorder::checkpoint(const State& state, const StepControl& control, const 
     content.counters = counters;
     content.counters["step"] = state.step;
     content.counters["shortened"] = static_cast<int>(control.plan().shortened);
-    content.counters["touching"] = control.plan().touching ? 1 : 0;
     for (const auto& [name, array] : named_arrays(state.particles))
         content.vectors.emplace_back(fmt::format("particles/{}", name), *array);
     for (const auto& [name, array] : named_integer_arrays(state.particles))
@@ -115,6 +114,7 @@ void Recorder::checkpoint(const State& state, const StepControl& control, const 
         content.vectors.emplace_back(body_array(b, "x"), state.rigid_bodies[b].x);
         content.vectors.emplace_back(body_array(b, "y"), state.rigid_bodies[b].y);
     }
+    content.integer_vectors.emplace_back("touching", control.plan().touching);
     content.history = &history_.table();
     io::write_checkpoint(folder_.checkpoint(), content);
 }

@@ -43,7 +43,7 @@ io::RunStatus run(const Problem& problem, State& state, TimeStepper& stepper, St
     if (checkpoint)
         control.restore({.next = checkpoint->scalar("planned_dt"),
                          .shortened = static_cast<StepControl::Shortened>(checkpoint->counter("shortened")),
-                         .touching = checkpoint->counter("touching") != 0});
+                         .touching = checkpoint->integer_vector("touching")});
 
     Timer wall, since_checkpoint;
     Recorder recorder(problem, options, program, folder, checkpoint, state.time);
@@ -107,8 +107,10 @@ io::RunStatus run(const Problem& problem, State& state, TimeStepper& stepper, St
                                                state.time, step.dt, outcome.reason));
                 continue;
             }
-            const std::vector<std::int32_t>& holders = stepper.discretisation().nodes().rigid_body;
-            const bool touching = std::any_of(holders.begin(), holders.end(), [](std::int32_t body) { return body >= 0; });
+            std::vector<std::int64_t> touching(state.rigid_bodies.size(), 0);
+            for (const std::int32_t body : stepper.discretisation().nodes().rigid_body)
+                if (body >= 0)
+                    touching[static_cast<std::size_t>(body)] = 1;
             control.accepted(step, outcome.newton_iterations, touching);
             steps_cut_by_rigid_travel += step.limit == "rigid travel" ? 1 : 0;
             steps_ended_at_contact += step.limit == "contact" ? 1 : 0;

@@ -13,35 +13,44 @@ StepControl::Step StepControl::next(const State& state) const {
     constexpr std::string_view reasons[] = {"ramp", "failed step", "Newton iterations"};
     Step step{planned, plan_.next < options_.target ? reasons[static_cast<int>(plan_.shortened)] : "--dt", planned};
     constexpr double largest_travel = 0.99; // of a cell
-    constexpr double stretch = 1.02;        // a little longer than planned rather than a remainder too small to be worth a step
-    // In contact an event is worth a shorter step if it comes seldom, or if steps are so long that one could miss it altogether.
-    const auto worth = [](double interval, double dt) { return interval > 8.0 * dt || interval < 2.0 * dt; };
     for (const RigidBody& body : state.rigid_bodies)
         for (const auto& [speed, cell] :
              {std::pair{std::abs(body.velocity_x), options_.grid.dx()}, {std::abs(body.velocity_y), options_.grid.dy()}})
             if (speed * step.dt > largest_travel * cell)
                 step = {largest_travel * cell / speed, "rigid travel", planned};
-    if (options_.ends_at_contact)
-        for (const RigidBody& body : state.rigid_bodies) {
-            const auto [time, interval] = time_to_new_nodes(body, options_.grid, options_.reach);
-            if (time < stretch * step.dt && (!plan_.touching || worth(interval, step.dt)))
-                step = {time, "contact", planned};
+    if (!options_.ends_at_contact)
+        return step;
+    const double limit = step.dt;
+    const auto worth = [limit](double interval) { return interval > 8.0 * limit || interval < 2.0 * limit; };
+    double earliest = 1.02 * limit; // a little longer than planned rather than a remainder too small to be worth a step
+    for (std::size_t b = 0; b < state.rigid_bodies.size(); ++b) {
+        const bool touching = b < plan_.touching.size() && plan_.touching[b] != 0;
+        const NewNodes nodes = time_to_new_nodes(state.rigid_bodies[b], options_.grid, options_.reach, options_.landing);
+        if (nodes.time < earliest && (!touching || worth(nodes.interval))) {
+            earliest = nodes.time;
+            step = {earliest, "contact", planned, !touching};
         }
+    }
     return step;
 }
 
-void StepControl::accepted(const Step& step, int newton_iterations, bool touching) {
-    const double growth = newton_iterations > options_.many_newton_iterations       ? 0.7
-                          : 2 * newton_iterations > options_.many_newton_iterations ? 1.0
-                                                                                    : options_.growth;
-    plan_.next = std::min(step.planned * growth, options_.target);
-    if (step.limit == "contact" && !plan_.touching)
-        plan_.next = std::min(options_.first, options_.target);
-    if (newton_iterations > options_.many_newton_iterations)
+void StepControl::accepted(const Step& step, int newton_iterations, std::span<const std::int64_t> touching) {
+    const double taken = step.limit == "rigid travel" ? step.dt : step.planned;
+    if (newton_iterations > options_.many_newton_iterations) {
+        plan_.next = 0.7 * taken;
         plan_.shortened = Shortened::by_newton_iterations;
-    else if (plan_.next >= options_.target)
+    } else {
+        plan_.next = (2 * newton_iterations > options_.many_newton_iterations ? 1.0 : options_.growth) * step.planned;
+    }
+    if (step.first_contact && options_.first < plan_.next) {
+        plan_.next = options_.first;
         plan_.shortened = Shortened::by_ramp;
-    plan_.touching = touching;
+    }
+    if (plan_.next >= options_.target) {
+        plan_.next = options_.target;
+        plan_.shortened = Shortened::by_ramp;
+    }
+    plan_.touching.assign(touching.begin(), touching.end());
 }
 
 bool StepControl::failed(const Step& step) {
@@ -50,8 +59,7 @@ bool StepControl::failed(const Step& step) {
     return plan_.next > std::ldexp(options_.target, -30);
 }
 
-NewNodes time_to_new_nodes(const RigidBody& body, const Grid& grid, double reach) {
-    constexpr double landing = 1e-9; // cells beyond the edge: there and not on it
+NewNodes time_to_new_nodes(const RigidBody& body, const Grid& grid, double reach, double landing) {
     struct Axis {
         const std::vector<double>& place;
         double velocity, origin, cell;

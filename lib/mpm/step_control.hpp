@@ -2,17 +2,19 @@
 #include <ductile/mpm/grid.hpp>
 #include <ductile/mpm/state.hpp>
 
+#include <cstdint>
 #include <limits>
+#include <span>
 #include <string_view>
+#include <vector>
 
 namespace ductile::mpm {
 
 /// Chooses the steps: from a first one up to the target by a constant factor (the paper's 20 % ramp), and
-/// - only as far as to where a rigid body reaches new nodes: contact, which is looked for at the beginning of a step, would come
-/// up
-///   to a step late. So always before the first contact, from which the steps grow anew; later where it happens seldom, or with
-///   every step or two, so that it would be missed;
-/// - less than what takes a rigid body a cell farther: it would pass through what it is to push, without an error;
+/// - no farther than to where a rigid body reaches new nodes: contact, which is looked for at the beginning of a step, would come
+///   up to a step late. Always while the body touches nothing, and from there the steps grow anew; in contact where this happens
+///   seldom, or with every step or two, so that it would be missed;
+/// - about a cell of a rigid body's way at most: it would pass through what it is to push, without an error;
 /// - half as long after a failure;
 /// - 0.7 times as long after a step that needed many Newton iterations; no longer after one that needed half as many.
 class StepControl {
@@ -23,20 +25,22 @@ public:
         double growth = 1.2; ///< at most, from step to step
         Grid grid = {};
         bool ends_at_contact = false;
-        double reach = 0.0; ///< cells from an edge of its cell at which a rigid body's point reaches the nodes beyond
+        double reach = 0.0;    ///< cells from an edge of its cell at which a rigid body's point reaches the nodes beyond
+        double landing = 1e-9; ///< cells beyond that, from which it holds these nodes
         int many_newton_iterations = 30;
     };
     struct Step {
         double dt = 0.0;
         std::string_view limit = {}; ///< what limits it, for the progress line
         double planned = 0.0;        ///< its length but for rigid bodies
+        bool first_contact = false;  ///< it ends where a rigid body that touches nothing reaches new nodes
     };
 
     explicit StepControl(const Options& options) : options_(options), plan_{.next = options.first} {}
 
     [[nodiscard]] Step next(const State& state) const;
-    /// `touching`: whether a rigid body holds a node that carries mass.
-    void accepted(const Step& step, int newton_iterations, bool touching);
+    /// `touching`: for each rigid body whether it holds a node that carries mass.
+    void accepted(const Step& step, int newton_iterations, std::span<const std::int64_t> touching);
     /// Halves the step; false once it is 2^-30 of the target: then it is no use going on.
     [[nodiscard]] bool failed(const Step& step);
 
@@ -47,7 +51,7 @@ public:
     struct Plan {
         double next = 0.0; ///< length of the next step
         Shortened shortened = Shortened::by_ramp;
-        bool touching = false; ///< as in accepted()
+        std::vector<std::int64_t> touching = {}; ///< as in accepted(); empty: no body touches anything
     };
     [[nodiscard]] const Plan& plan() const { return plan_; }
     void restore(const Plan& plan) { plan_ = plan; }
@@ -62,6 +66,6 @@ private:
 struct NewNodes {
     double time = std::numeric_limits<double>::infinity(), interval = std::numeric_limits<double>::infinity();
 };
-[[nodiscard]] NewNodes time_to_new_nodes(const RigidBody& body, const Grid& grid, double reach);
+[[nodiscard]] NewNodes time_to_new_nodes(const RigidBody& body, const Grid& grid, double reach, double landing);
 
 } // namespace ductile::mpm

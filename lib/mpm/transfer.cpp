@@ -245,15 +245,12 @@ template <class Shape> void Transfer<Shape>::prescribe(std::span<const RigidBody
         for (std::size_t p = 0; p < body.x.size(); ++p) {
             if (!inside(body.x[p], body.y[p]))
                 continue;
-            const double cx = (body.x[p] - grid_.left) * inverse_dx_, cy = (body.y[p] - grid_.bottom) * inverse_dy_;
-            const int cell_x = std::min(static_cast<int>(cx), grid_.cells_x - 1);
-            const int cell_y = std::min(static_cast<int>(cy), grid_.cells_y - 1);
+            const auto [cell_x, cell_y, xi, eta] = place_of(body.x[p], body.y[p]);
             double stored[2][Shape::stored];
-            Shape::store(cx - cell_x, cell_x, grid_.cells_x, rigid_half_width, stored[0]);
-            Shape::store(cy - cell_y, cell_y, grid_.cells_y, rigid_half_width, stored[1]);
+            Shape::store(xi, cell_x, grid_.cells_x, rigid_half_width, stored[0]);
+            Shape::store(eta, cell_y, grid_.cells_y, rigid_half_width, stored[1]);
             const Factors<support> fx = Shape::expand(stored[0], inverse_dx_), fy = Shape::expand(stored[1], inverse_dy_);
-            const int first =
-                Shape::first(cy - cell_y, cell_y, grid_.cells_y) * nodes_x_ + Shape::first(cx - cell_x, cell_x, grid_.cells_x);
+            const int first = Shape::first(eta, cell_y, grid_.cells_y) * nodes_x_ + Shape::first(xi, cell_x, grid_.cells_x);
             for (int k = 0; k < seen; ++k) {
                 const std::int32_t number = number_[first + k / support * nodes_x_ + k % support];
                 if (number < 0 || fx.w[k % support] * fy.w[k / support] <= edge)

@@ -14,10 +14,10 @@ namespace {
 constexpr double force = 1e-3;
 
 void load(Table& table, const auto& shape, Geometry geometry, double poisson_ratio, double h) {
-    const int a_unit_width = static_cast<int>(std::lround(52.0 / h)), a_unit_height = static_cast<int>(std::lround(68.0 / h));
+    const int cells_x = static_cast<int>(std::lround(52.0 / h)), cells_y = static_cast<int>(std::lround(68.0 / h));
     Scene scene{.geometry = geometry,
-                .grid = {.cells_x = a_unit_width,
-                         .cells_y = a_unit_height,
+                .grid = {.cells_x = cells_x,
+                         .cells_y = cells_y,
                          .width = 52.0,
                          .height = 68.0,
                          .bottom = -4.0,
