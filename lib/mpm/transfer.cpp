@@ -186,15 +186,16 @@ template <class Shape> void Transfer<Shape>::number_nodes() {
 template <class Shape> void Transfer<Shape>::number_runs() {
     for (Run& run : runs_)
         for (int k = 0; k < seen; ++k) {
+            const auto number = [&](int node) { return number_[run.first + node / support * nodes_x_ + node % support]; };
+            run.node[k] = number(k);
+            if (run.node[k] >= 0)
+                continue;
             int nearest = 2 * support;
             for (int other = 0; other < seen; ++other) {
                 const int distance = std::abs(other % support - k % support) + std::abs(other / support - k / support);
-                const std::int32_t number = number_[run.first + other / support * nodes_x_ + other % support];
-                if (number >= 0 && distance < nearest) {
+                if (number(other) >= 0 && distance < nearest) {
                     nearest = distance;
-                    run.node[k] = number;
-                    if (distance == 0)
-                        break;
+                    run.node[k] = number(other);
                 }
             }
         }
@@ -288,9 +289,10 @@ template <class Shape> void Transfer<Shape>::prepare(Particles& particles, std::
         settle_all(particles);
         find_runs(particles);
     }
-    cutoff_ =
-        mass_cutoff * std::accumulate(particles.mass.begin(), particles.mass.end(), 0.0) / static_cast<double>(particles.size());
     add_masses(particles);
+    // weights sum to one: the nodes have the mass of the particles
+    cutoff_ =
+        mass_cutoff * std::accumulate(lattice_mass_.begin(), lattice_mass_.end(), 0.0) / static_cast<double>(particles.size());
     if (leave_massless_nodes(particles)) {
         find_runs(particles);
         add_masses(particles);
