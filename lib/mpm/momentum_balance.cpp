@@ -62,13 +62,18 @@ void MomentumBalance::straining_change(std::span<const double> change, std::span
         result[c] = n.prescribed[c] ? 0.0 : kinematic_weight_ * result[c] / n.mass[c / 2];
 }
 
-void MomentumBalance::residual(std::span<const double> u, std::span<double> f) {
+void MomentumBalance::find_straining_velocity(std::span<const double> u) {
     const ActiveNodes& n = nodes();
     for (std::size_t c = 0; c < u.size(); ++c)
         change_[c] = u[c] - guess_[c];
     straining_change(change_, velocity_);
     for (std::size_t c = 0; c < u.size(); ++c)
         velocity_[c] += n.velocity[c];
+}
+
+void MomentumBalance::residual(std::span<const double> u, std::span<double> f) {
+    const ActiveNodes& n = nodes();
+    find_straining_velocity(u);
     discretisation_->force_after(state_->particles, velocity_, dt_, f);
     for (std::size_t c = 0; c < u.size(); ++c) {
         const double inert = inertia() ? (momentum() ? change_[c] : n.mass[c / 2] * change_[c]) : 0.0;
@@ -77,12 +82,7 @@ void MomentumBalance::residual(std::span<const double> u, std::span<double> f) {
 }
 
 void MomentumBalance::linearise(std::span<const double> u) {
-    const ActiveNodes& n = nodes();
-    for (std::size_t c = 0; c < u.size(); ++c)
-        change_[c] = u[c] - guess_[c];
-    straining_change(change_, velocity_);
-    for (std::size_t c = 0; c < u.size(); ++c)
-        velocity_[c] += n.velocity[c];
+    find_straining_velocity(u);
     discretisation_->linearise(state_->particles, velocity_, dt_);
 }
 
@@ -99,14 +99,11 @@ void MomentumBalance::jacobian_times(std::span<const double> s, std::span<double
 
 NodalMotion MomentumBalance::motion(std::span<const double> u) {
     const ActiveNodes& n = nodes();
+    find_straining_velocity(u);
     for (std::size_t c = 0; c < u.size(); ++c) {
-        change_[c] = u[c] - guess_[c];
         increment_[c] = momentum() ? change_[c] / n.mass[c / 2] : change_[c];
         motion_[c] = n.velocity[c] + kinematic_weight_ * increment_[c];
     }
-    straining_change(change_, velocity_);
-    for (std::size_t c = 0; c < u.size(); ++c)
-        velocity_[c] += n.velocity[c];
     return {motion_, velocity_, increment_, !inertia(), dt_};
 }
 

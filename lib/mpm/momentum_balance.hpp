@@ -67,6 +67,8 @@ public:
 private:
     [[nodiscard]] bool momentum() const { return scheme_.form == Form::momentum; }
     [[nodiscard]] bool inertia() const { return scheme_.method != ImplicitMethod::quasi_static; }
+    /// change_ = u - guess, and in velocity_ the velocity that strains the particles then.
+    void find_straining_velocity(std::span<const double> u);
 
     const Scene& scene_;
     ImplicitScheme scheme_;
