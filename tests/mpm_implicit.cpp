@@ -291,6 +291,36 @@ TEST_CASE("a step that fails leaves the state as it was, and a shorter one succe
     }
 }
 
+TEST_CASE("no particle travels farther than two cells in a step") {
+    Block b = block(ShapeFunction::linear);
+    for (double& v : b.state.particles.velocity_x)
+        v = 1.0;
+    const auto stepper = make_implicit_stepper(b.scene, {});
+    const Particles before = b.state.particles;
+    const StepOutcome far = stepper->attempt(b.state, 0.21);
+    CHECK_FALSE(far.accepted);
+    CHECK(far.failure == StepFailure::far_particle);
+    CHECK(contains(far.reason, "2.1 cells"));
+    CHECK(same(b.state.particles, before));
+    CHECK(stepper->attempt(b.state, 0.19).accepted);
+}
+
+TEST_CASE("the scale of the root mean square loosens the tolerance by the root of the number of unknowns") {
+    const auto iterations = [](ResidualScale scale, double factor) {
+        Block b = press();
+        ImplicitOptions options = tight(SolverKind::newton_gmres, Form::velocity);
+        options.scale = scale;
+        options.newton.tolerance = 1e-5 * factor;
+        const auto stepper = make_implicit_stepper(b.scene, options);
+        REQUIRE(stepper->attempt(b.state, 0.02).accepted);
+        return std::pair{stepper->counts().linear_iterations,
+                         std::sqrt(static_cast<double>(stepper->discretisation().nodes().components()))};
+    };
+    const auto [rms, root] = iterations(ResidualScale::stiffness_rms, 1.0);
+    CHECK(rms == iterations(ResidualScale::stiffness, root).first);
+    CHECK(rms < iterations(ResidualScale::stiffness, 1.0).first);
+}
+
 TEST_CASE("impossible combinations are refused") {
     const Block b = block(ShapeFunction::linear);
     const auto refusal = [&](const ImplicitOptions& options) {
