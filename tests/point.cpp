@@ -1,3 +1,4 @@
+#include "matrix.hpp"
 #include "messages.hpp"
 #include <ductile/base/error.hpp>
 #include <ductile/point/comparison.hpp>
@@ -38,16 +39,8 @@ void expect_end(const GradientHistory& history, const State& start, const State&
     }
 }
 
-using Matrix = std::array<std::array<double, 3>, 3>;
-
-Matrix product(const Matrix& a, const Matrix& b) {
-    Matrix c{};
-    for (std::size_t i = 0; i < 3; ++i)
-        for (std::size_t j = 0; j < 3; ++j)
-            for (std::size_t k = 0; k < 3; ++k)
-                c[i][j] += a[i][k] * b[k][j];
-    return c;
-}
+using tensors::Matrix;
+using tensors::product;
 
 Matrix stress_matrix(const State& y) {
     const auto [p, s, tau, q, internal] = y;

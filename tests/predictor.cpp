@@ -1,4 +1,5 @@
 #include "fields.hpp"
+#include "matrix.hpp"
 #include "rk21_reference.hpp"
 #include <ductile/base/threads.hpp>
 #include <ductile/quasistatic/predictor.hpp>
@@ -48,16 +49,8 @@ struct Reference {
     int elastic = 0, plastic = 0; ///< cells
 };
 
-using Matrix = std::array<std::array<double, 3>, 3>;
-
-Matrix product(const Matrix& a, const Matrix& b) {
-    Matrix c{};
-    for (std::size_t i = 0; i < 3; ++i)
-        for (std::size_t j = 0; j < 3; ++j)
-            for (std::size_t k = 0; k < 3; ++k)
-                c[i][j] += a[i][k] * b[k][j];
-    return c;
-}
+using tensors::Matrix;
+using tensors::product;
 
 /// Eq. (4) as printed, times 2h, around f(0).
 double literal_eno(double u, auto&& f) {
