@@ -29,7 +29,7 @@ SOLVERS = {  # at dt = 1e-4 s
     "momentum form": {"form": "momentum"},
     "quasi-static": {"method": "quasi-static"},
 }
-SLOW = ("no preconditioner", "no line search")  # more than ten minutes each on the finest mesh
+SLOW = ("no preconditioner", "no line search")  # left out on the finest mesh, where the first was not done after ten minutes
 
 
 def windows(history):
