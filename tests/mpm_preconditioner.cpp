@@ -46,6 +46,36 @@ double error_of_inverse(MomentumBalance& balance, Preconditioner& preconditioner
     return length(error) / length(x);
 }
 
+/// The stiffness, summed block by block, and what the preconditioners keep of it: its symmetric part, from the diagonal blocks
+/// down.
+Dense check_kept_stiffness(const MomentumBalance& balance) {
+    const Discretisation& d = balance.discretisation();
+    const std::size_t size = balance.size();
+    Dense stiffness{size}, kept{size};
+    d.stiffness_blocks(into(stiffness, 2));
+    StencilMatrix stencil(balance.nodes(), d.reach(), 2);
+    d.stiffness_blocks([&](auto nodes, auto matrix) { stencil.add(nodes, matrix); });
+    for (std::size_t l = 0; l < size / 2; ++l) {
+        std::int32_t last = -1;
+        stencil.for_each_below(static_cast<std::int32_t>(l), [&](std::int32_t k, std::span<const double> block) {
+            CHECK(k > last);
+            last = k;
+            for (std::size_t r = 0; r < 2; ++r)
+                for (std::size_t c = 0; c < 2; ++c)
+                    kept(2 * static_cast<std::size_t>(k) + r, 2 * l + c) = block[2 * r + c];
+        });
+    }
+    double largest = 0.0, worst = 0.0;
+    for (std::size_t r = 0; r < size; ++r)
+        for (std::size_t c = 0; c <= r; ++c) {
+            const double symmetric = 0.5 * (stiffness(r, c) + stiffness(c, r));
+            largest = std::max(largest, std::abs(symmetric));
+            worst = std::max(worst, std::abs(kept(r, c) - symmetric));
+        }
+    CHECK(worst <= 1e-13 * largest);
+    return stiffness;
+}
+
 } // namespace
 
 TEST_SUITE_BEGIN("mpm_preconditioner");
@@ -62,8 +92,7 @@ TEST_CASE("the assembled matrices and the diagonal are those of the products") {
             const Discretisation& d = balance.discretisation();
             const std::size_t size = balance.size();
             const std::vector<double> x = random_vector(size, 1.0, 5);
-            Dense stiffness{size}, mass{size / 2};
-            d.stiffness_blocks(into(stiffness, 2));
+            Dense stiffness = check_kept_stiffness(balance), mass{size / 2};
             d.consistent_mass_blocks(b.state.particles, into(mass, 1));
             std::vector<double> kx(size), diagonal(size), mx(size);
             d.stiffness_times(x, kx);
@@ -79,29 +108,6 @@ TEST_CASE("the assembled matrices and the diagonal are those of the products") {
                 CHECK(by_mass == doctest::Approx(mx[r]).epsilon(1e-9).scale(length(mx)));
                 CHECK(stiffness(r, r) == doctest::Approx(diagonal[r]).epsilon(1e-9));
             }
-
-            // what the preconditioners keep of it: the symmetric part, from the diagonal blocks down
-            StencilMatrix stencil(balance.nodes(), d.reach(), 2);
-            d.stiffness_blocks([&](auto nodes, auto matrix) { stencil.add(nodes, matrix); });
-            Dense kept{size};
-            for (std::size_t l = 0; l < size / 2; ++l) {
-                std::int32_t last = -1;
-                stencil.for_each_below(static_cast<std::int32_t>(l), [&](std::int32_t k, std::span<const double> block) {
-                    CHECK(k > last);
-                    last = k;
-                    for (std::size_t r = 0; r < 2; ++r)
-                        for (std::size_t c = 0; c < 2; ++c)
-                            kept(2 * static_cast<std::size_t>(k) + r, 2 * l + c) = block[2 * r + c];
-                });
-            }
-            double largest = 0.0, worst = 0.0;
-            for (std::size_t r = 0; r < size; ++r)
-                for (std::size_t c = 0; c <= r; ++c) {
-                    const double symmetric = 0.5 * (stiffness(r, c) + stiffness(c, r));
-                    largest = std::max(largest, std::abs(symmetric));
-                    worst = std::max(worst, std::abs(kept(r, c) - symmetric));
-                }
-            CHECK(worst <= 1e-13 * largest);
         }
 }
 
@@ -119,26 +125,7 @@ TEST_CASE("also on the smallest grid, and where one node stands in for others wi
         const auto columns = static_cast<std::size_t>(balance.nodes().lattice_width);
         CHECK(balance.nodes().count() * columns == balance.nodes().lattice_width * balance.nodes().lattice_height);
         balance.linearise(balance.initial_guess());
-        const Discretisation& d = balance.discretisation();
-        const std::size_t size = balance.size();
-        Dense stiffness{size}, kept{size};
-        d.stiffness_blocks(into(stiffness, 2));
-        StencilMatrix stencil(balance.nodes(), d.reach(), 2);
-        d.stiffness_blocks([&](auto nodes, auto matrix) { stencil.add(nodes, matrix); });
-        for (std::size_t l = 0; l < size / 2; ++l)
-            stencil.for_each_below(static_cast<std::int32_t>(l), [&](std::int32_t k, std::span<const double> block) {
-                for (std::size_t r = 0; r < 2; ++r)
-                    for (std::size_t c = 0; c < 2; ++c)
-                        kept(2 * static_cast<std::size_t>(k) + r, 2 * l + c) += block[2 * r + c];
-            });
-        double largest = 0.0, worst = 0.0;
-        for (std::size_t r = 0; r < size; ++r)
-            for (std::size_t c = 0; c <= r; ++c) {
-                const double symmetric = 0.5 * (stiffness(r, c) + stiffness(c, r));
-                largest = std::max(largest, std::abs(symmetric));
-                worst = std::max(worst, std::abs(kept(r, c) - symmetric));
-            }
-        CHECK(worst <= 1e-13 * largest);
+        check_kept_stiffness(balance);
     }
 }
 

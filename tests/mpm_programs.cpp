@@ -197,6 +197,30 @@ TEST_CASE("wrong options end with status 2 and a message, and leave nothing behi
     refused("elastic_bar", {"--restart", folder / "none.h5"}, "none.h5: there is no such file");
 }
 
+TEST_CASE("the automatic preconditioner: the tangent for long steps, sooner near incompressibility, later in the momentum form") {
+    const scratch::Folder folder;
+    const auto iterations = [&](const Arguments& how) {
+        run_well("plastic_bar", Arguments{"--cell-size", "0.025", "--yield-stress", "0.01", "--snapshots", "0"} + how +
+                                    Arguments{"--output", folder / "run"});
+        const auto count = summary(folder / "run")["linear_iterations"].get<int>();
+        fs::remove_all(folder / "run");
+        return count;
+    };
+    const Arguments long_step = {"--dt", "0.012", "--duration", "0.12"};    // 10 explicit steps
+    const Arguments short_step = {"--dt", "0.0014", "--duration", "0.014"}; // 1.2
+    for (const auto& [how, chosen] : {std::pair{long_step, "tangent"},
+                                      {short_step, "diagonal"},
+                                      {short_step + Arguments{"--poisson-ratio", "0.49"}, "tangent"},
+                                      {Arguments{"--dt", "0.006", "--duration", "0.06"}, "tangent"}, // 5
+                                      {Arguments{"--dt", "0.006", "--duration", "0.06", "--form", "momentum"}, "diagonal"}}) {
+        CAPTURE(how);
+        const int automatic = iterations(how), tangent = iterations(how + Arguments{"--preconditioner", "tangent"}),
+                  diagonal = iterations(how + Arguments{"--preconditioner", "diagonal"});
+        CHECK(tangent != diagonal);
+        CHECK(automatic == (std::string(chosen) == "tangent" ? tangent : diagonal));
+    }
+}
+
 TEST_CASE("a run that cannot go on ends with status 1, says why, and leaves whole files") {
     const Arguments hopeless = {"--newton-tolerance", "1e-300", "--newton-iterations", "3", "--krylov-vectors", "3"};
     for (const auto& [program, how, message] :

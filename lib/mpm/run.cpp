@@ -89,6 +89,7 @@ io::RunStatus run(const Problem& problem, State& state, TimeStepper& stepper, St
 
     StepControl::Step step;
     StepOutcome outcome;
+    std::vector<std::int64_t> touching(state.rigid_bodies.size(), 0);
     try {
         // a sum of steps that is short of the end by round-off has reached it
         while (state.time < options.duration_s - 1e-9 * control.options().target) {
@@ -107,10 +108,12 @@ io::RunStatus run(const Problem& problem, State& state, TimeStepper& stepper, St
                                                state.time, step.dt, outcome.reason));
                 continue;
             }
-            std::vector<std::int64_t> touching(state.rigid_bodies.size(), 0);
-            for (const std::int32_t body : stepper.discretisation().nodes().rigid_body)
-                if (body >= 0)
-                    touching[static_cast<std::size_t>(body)] = 1;
+            if (control.options().ends_at_contact) {
+                std::fill(touching.begin(), touching.end(), 0);
+                for (const std::int32_t body : stepper.discretisation().nodes().rigid_body)
+                    if (body >= 0)
+                        touching[static_cast<std::size_t>(body)] = 1;
+            }
             control.accepted(step, outcome.newton_iterations, touching);
             steps_cut_by_rigid_travel += step.limit == "rigid travel" ? 1 : 0;
             steps_ended_at_contact += step.limit == "contact" ? 1 : 0;
