@@ -86,10 +86,7 @@ bool NewtonKrylov::search(const NonlinearSystem& system, std::span<double> u, do
     }
     // energy: the root of g(a) = w.F(u + a s), bracketed once it has changed its sign (regula falsi, Illinois)
     velocity_change_.resize(step_.size());
-    if (system.velocity_change)
-        system.velocity_change(step_, velocity_change_);
-    else
-        velocity_change_ = step_;
+    system.velocity_change(step_, velocity_change_);
     const double start = dot(velocity_change_, f_);
     double g = dot(velocity_change_, trial_f_);
     double low = 0.0, g_low = start, high = 1.0, g_high = g;

@@ -15,7 +15,7 @@ struct NonlinearSystem {
     std::function<void(std::span<const double> u)> linearise = {}; ///< fixes the u of jacobian_times
     LinearMap jacobian_times = {};
     InPlaceMap precondition = {}; ///< an approximation of the inverse of J; may be empty
-    /// The velocity that a change s of u adds, along which F does work, for the energy line search; empty: s itself.
+    /// The velocity that a change s of u adds, along which F does work, for the energy line search.
     LinearMap velocity_change = {};
 };
 
