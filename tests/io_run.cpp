@@ -198,6 +198,7 @@ TEST_CASE("the summary says everything, in order") {
     RunSummary summary{.program = "upsetting", .version = "1", .parameters = {{"dt", 0.5}}};
     summary.status = RunStatus::failed;
     summary.reason = "step 7: not a number";
+    summary.warnings = {"the energy ledger is open by 2 %: use a smaller --dt"};
     summary.steps = 7;
     summary.wall_seconds = 2.0;
     summary.phase_seconds = {{"transfer", 1.5}, {"solve", 0.5}};
@@ -211,6 +212,7 @@ TEST_CASE("the summary says everything, in order") {
     const auto json = nlohmann::ordered_json::parse(scratch::read(folder / "summary.json"));
     CHECK(json["status"] == "failed");
     CHECK(json["reason"] == "step 7: not a number");
+    CHECK(json["warnings"] == std::vector<std::string>{"the energy ledger is open by 2 %: use a smaller --dt"});
     CHECK(json["parameters"]["dt"] == 0.5);
     CHECK(json["phase_seconds"].begin().key() == "transfer");
     for (const char* key : {"program", "version", "steps", "rejected_steps", "elliptic_solves", "pointwise_substeps",
@@ -223,6 +225,7 @@ TEST_CASE("the summary says everything, in order") {
     CHECK(contains(text, "load         3.5 N\n"));
     CHECK_FALSE(contains(text, "rejected"));
     CHECK(contains(text, "(summary.json)"));
+    CHECK(contains(text, "\nwarning: the energy ledger is open by 2 %: use a smaller --dt\n"));
 }
 
 TEST_CASE("the progress line tells where a run stands and costs next to nothing") {

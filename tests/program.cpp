@@ -235,6 +235,20 @@ TEST_CASE("a run ends with a summary and its status, whatever happens") {
             return demo.program.run([&](const OutputFolder&, RunSummary& summary) { return body(summary); });
         });
     };
+    const auto warned = [&](const std::vector<const char*>& more) {
+        return captured(STDOUT_FILENO, [&] {
+            Demo demo;
+            std::vector<std::string> options{"--output", (folder / "warned").string()};
+            options.insert(options.end(), more.begin(), more.end());
+            REQUIRE(demo.parse(options));
+            CHECK(demo.program.run(
+                      [](const OutputFolder&, RunSummary& done) {
+                          done.warnings.emplace_back("the step was long");
+                          return RunStatus::completed;
+                      },
+                      {"the yield stress is high"}) == 0);
+        });
+    };
     const auto summary = [&] { return nlohmann::json::parse(scratch::read(folder / "out/summary.json")); };
 
     const std::string silence = captured(STDOUT_FILENO, [&] {
@@ -253,6 +267,12 @@ TEST_CASE("a run ends with a summary and its status, whatever happens") {
               return interrupted() ? RunStatus::interrupted : RunStatus::completed;
           }) == interrupted_exit_status);
     CHECK(summary()["status"] == "interrupted");
+
+    const std::string text = warned({});
+    CHECK(text.find("warning: the yield stress is high\n") < text.find("completed"));
+    CHECK(contains(text.substr(text.find("completed")), "warning: the yield stress is high\nwarning: the step was long\n"));
+    CHECK(warned({"--quiet"}).empty());
+    CHECK(nlohmann::json::parse(scratch::read(folder / "warned/summary.json"))["warnings"].size() == 2);
 
     const std::string complaint = captured(
         STDERR_FILENO, [&] { CHECK(run([](RunSummary&) -> RunStatus { throw RunError("step 3: the disk is full"); }) == 1); });

@@ -90,8 +90,10 @@ public:
 
     /// The frame of a run: claims the output folder, installs the signal handlers, calls `body`, and whatever happens writes
     /// summary.json; prints the summary. `body` gets the folder and a summary to fill in, and returns completed or interrupted.
+    /// `warnings`, what is doubtful before the first step, are said at once and begin those of the summary.
     /// Returns the exit status; exceptions go on to run_main() once the summary says "failed".
-    [[nodiscard]] int run(const std::function<RunStatus(const OutputFolder&, RunSummary&)>& body) const;
+    [[nodiscard]] int run(const std::function<RunStatus(const OutputFolder&, RunSummary&)>& body,
+                          const std::vector<std::string>& warnings = {}) const;
 
 private:
     enum class Kind { number, integer, boolean, text, cells, number_list };

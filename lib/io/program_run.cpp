@@ -1,6 +1,7 @@
 #include <ductile/base/error.hpp>
 #include <ductile/io/interrupt.hpp>
 #include <ductile/io/program.hpp>
+#include <ductile/io/text.hpp>
 #include <ductile/io/version.hpp>
 
 #include <CLI/CLI.hpp>
@@ -60,7 +61,8 @@ void Program::say(const std::string& text) const {
     std::fflush(stdout);
 }
 
-int Program::run(const std::function<RunStatus(const OutputFolder&, RunSummary&)>& body) const {
+int Program::run(const std::function<RunStatus(const OutputFolder&, RunSummary&)>& body,
+                 const std::vector<std::string>& warnings) const {
     install_signal_handlers();
     const OutputFolder folder(common_.output, common_.restart);
     if (folder.earlier_run_moved_to())
@@ -70,6 +72,9 @@ int Program::run(const std::function<RunStatus(const OutputFolder&, RunSummary&)
     summary.program = name_;
     summary.version = version();
     summary.parameters = parameters();
+    summary.warnings = warnings;
+    for (const std::string& warning : warnings)
+        say(warning_line(warning));
     const auto start = std::chrono::steady_clock::now();
     const auto write = [&] {
         summary.wall_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

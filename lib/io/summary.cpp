@@ -68,6 +68,7 @@ nlohmann::ordered_json to_json(const RunSummary& summary) {
     json["status"] = name(summary.status);
     if (!summary.reason.empty())
         json["reason"] = summary.reason;
+    json["warnings"] = summary.warnings;
     for (const auto& [key, count] : counts(summary))
         json[key] = count;
     json["wall_seconds"] = summary.wall_seconds;
@@ -100,7 +101,10 @@ std::string describe(const RunSummary& summary, const std::filesystem::path& fol
                                                      100.0 * seconds / std::max(summary.wall_seconds, 1e-9)));
     lines.emplace_back("peak memory", human_bytes(static_cast<double>(summary.peak_memory_bytes)));
     lines.emplace_back("files", files_in(folder));
-    return aligned_lines(fmt::format("{}: {}", summary.program, name(summary.status)), lines);
+    std::string text = aligned_lines(fmt::format("{}: {}", summary.program, name(summary.status)), lines);
+    for (const std::string& warning : summary.warnings)
+        text += warning_line(warning);
+    return text;
 }
 
 double processor_seconds() {

@@ -18,6 +18,8 @@ struct RunSummary {
     nlohmann::ordered_json parameters = nlohmann::ordered_json::object();
     RunStatus status = RunStatus::completed;
     std::string reason = {}; ///< why a run failed
+    /// What the run knows to be doubtful about its numbers: each a sentence with a figure and what to change.
+    std::vector<std::string> warnings = {};
     std::int64_t steps = 0;
     std::int64_t rejected_steps = 0;
     std::int64_t elliptic_solves = 0;

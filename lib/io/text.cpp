@@ -18,6 +18,8 @@ std::string aligned_lines(const std::string& title, const LabelledLines& lines) 
     return text;
 }
 
+std::string warning_line(const std::string& warning) { return fmt::format("warning: {}\n", warning); }
+
 std::string human_bytes(double bytes) {
     constexpr std::array units = {"B", "KiB", "MiB", "GiB", "TiB"};
     std::size_t unit = 0;
