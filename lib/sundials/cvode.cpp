@@ -36,15 +36,14 @@ public:
         stepper_.reset(made(CVodeCreate(options.method == CvodeMethod::bdf ? CV_BDF : CV_ADAMS, integration_.context()),
                             "multistep integrator"));
         void* const stepper = stepper_.get();
-        call(CVodeSetErrHandlerFn(stepper, &Integration::note, &integration_), "install its error handler");
+        call(DUCTILE_KEEP_MESSAGES(CVode, stepper, integration_.note()), "keep its messages");
         call(CVodeInit(stepper, &Memory::rate, 0.0, state), "take the system");
         call(CVodeSetUserData(stepper, this), "take its user data");
         call(CVodeSStolerances(stepper, options.relative_tolerance, options.absolute_tolerance), "take the tolerances");
         set_solver();
         if (options.projection)
-            call(CVodeSetProjFn(stepper, &Memory::project), "take the projection");
-        // Seven, the default, is too few where a step of high order meets the corner of a rate at yield.
-        call(CVodeSetMaxErrTestFails(stepper, 50), "take the number of rejections");
+            set_projection();
+        set_limits();
     }
 
     Memory(const Memory&) = delete; // its address is the user data
@@ -75,6 +74,40 @@ public:
 private:
     void call(int flag, const char* what) { integration_.call(flag, what); }
 
+    /// Every number that decides about steps and orders: defaults may change from release to release.
+    void set_limits() {
+        void* const stepper = stepper_.get();
+        call(CVodeSetMaxOrd(stepper, options_.method == CvodeMethod::bdf ? 5 : 12), "take the highest order");
+        // Seven, the default, is too few where a step of high order meets the corner of a rate at yield.
+        call(CVodeSetMaxErrTestFails(stepper, 50), "take the number of rejections");
+        call(CVodeSetStabLimDet(stepper, SUNFALSE), "leave the orders to the error test");
+        call(CVodeSetMaxNonlinIters(stepper, 3), "take the number of iterations");
+        call(CVodeSetMaxConvFails(stepper, 10), "take the number of failed iterations");
+        call(CVodeSetNonlinConvCoef(stepper, 0.1), "take the tolerance of the iterations");
+        call(CVodeSetLSetupFrequency(stepper, 20), "take the age of the matrix");
+        call(CVodeSetDeltaGammaMaxLSetup(stepper, 0.3), "take the change of the step that renews the matrix");
+        call(CVodeSetEtaFixedStepBounds(stepper, 0.0, 1.5), "take the bounds of a step that is kept");
+        call(CVodeSetEtaMaxFirstStep(stepper, 1e4), "take the largest growth of the first step");
+        call(CVodeSetEtaMaxEarlyStep(stepper, 10.0), "take the largest growth of early steps");
+        call(CVodeSetNumStepsEtaMaxEarlyStep(stepper, 10), "take the number of early steps");
+        call(CVodeSetEtaMax(stepper, 10.0), "take the largest growth of a step");
+        call(CVodeSetEtaMin(stepper, 0.1), "take the largest reduction of a step");
+        call(CVodeSetEtaMinErrFail(stepper, 0.1), "take the largest reduction after a rejection");
+        call(CVodeSetEtaMaxErrFail(stepper, 0.2), "take the smallest reduction after rejections");
+        call(CVodeSetNumFailsEtaMaxErrFail(stepper, 2), "take the number of rejections before that reduction");
+        call(CVodeSetEtaConvFail(stepper, 0.25), "take the reduction after failed iterations");
+    }
+
+    void set_projection() {
+        void* const stepper = stepper_.get();
+        call(CVodeSetProjFn(stepper, &Memory::project), "take the projection");
+        call(CVodeSetProjFrequency(stepper, 1), "project every step");
+        call(CVodeSetProjErrEst(stepper, SUNTRUE), "show the projection the error");
+        call(CVodeSetMaxNumProjFails(stepper, 10), "take the number of failed projections");
+        call(CVodeSetEpsProj(stepper, 0.1), "take the tolerance of the projection");
+        call(CVodeSetProjFailEta(stepper, 0.25), "take the reduction after a failed projection");
+    }
+
     void set_solver() {
         void* const stepper = stepper_.get();
         const N_Vector state = integration_.state();
@@ -86,12 +119,19 @@ private:
             linear_solver_.reset(made(SUNLinSol_Dense(state, matrix_.get(), context), "dense linear solver"));
             call(CVodeSetLinearSolver(stepper, linear_solver_.get(), matrix_.get()), "take the linear solver");
             call(CVodeSetJacFn(stepper, &Memory::jacobian), "take the matrix of difference quotients");
+            call(CVodeSetJacEvalFrequency(stepper, 51), "take the age of the difference quotients");
+            call(CVodeSetDeltaGammaMaxBadJac(stepper, 0.2), "take the change of the step that renews them");
+            if (options_.method == CvodeMethod::bdf)
+                call(CVodeSetLinearSolutionScaling(stepper, SUNTRUE), "scale the correction");
             break;
         }
         case CvodeSolver::krylov: {
             constexpr int vectors = 20;
             linear_solver_.reset(made(SUNLinSol_SPGMR(state, SUN_PREC_NONE, vectors, context), "linear solver"));
+            call(SUNLinSol_SPGMRSetMaxRestarts(linear_solver_.get(), 0), "take the number of restarts");
+            call(SUNLinSol_SPGMRSetGSType(linear_solver_.get(), SUN_MODIFIED_GS), "take the orthogonalisation");
             call(CVodeSetLinearSolver(stepper, linear_solver_.get(), nullptr), "take the linear solver");
+            call(CVodeSetEpsLin(stepper, 0.05), "take the linear tolerance");
             break;
         }
         case CvodeSolver::fixed_point: {

@@ -13,7 +13,7 @@ namespace {
 
 constexpr const char* who = "ERK integrator";
 
-void free_stepper(void* stepper) { ERKStepFree(&stepper); }
+void free_stepper(void* stepper) { DUCTILE_ERK(Free)(&stepper); }
 
 void check(const ErkOptions& o) {
     const auto require = [](bool holds, const char* what) {
@@ -61,19 +61,18 @@ ErkTable paper_rk21() {
 class ErkIntegrator::Memory {
 public:
     Memory(RightHandSide f, std::size_t components, const ErkOptions& options)
-        : integration_(who, &ERKStepGetReturnFlagName, std::move(f), components), options_(options) {
+        : integration_(who, &DUCTILE_ERK(GetReturnFlagName), std::move(f), components), options_(options) {
         check(options);
         stepper_.reset(made(ERKStepCreate(&Memory::rate, 0.0, integration_.state(), integration_.context()),
                             "explicit Runge-Kutta integrator"));
         void* const stepper = stepper_.get();
-        call(ERKStepSetErrHandlerFn(stepper, &Integration::note, &integration_), "install its error handler");
-        call(ERKStepSetUserData(stepper, this), "take its user data");
-        call(ERKStepSStolerances(stepper, options.relative_tolerance, options.absolute_tolerance), "take the tolerances");
+        call(DUCTILE_KEEP_MESSAGES(ERKStep, stepper, integration_.note()), "keep its messages");
+        call(DUCTILE_ERK(SetUserData)(stepper, this), "take its user data");
+        call(DUCTILE_ERK(SStolerances)(stepper, options.relative_tolerance, options.absolute_tolerance), "take the tolerances");
         // Seven, the default, is too few where a long step meets the corner of a rate at yield.
-        call(ERKStepSetMaxErrTestFails(stepper, 50), "take the number of rejections");
+        call(DUCTILE_ERK(SetMaxErrTestFails)(stepper, 50), "take the number of rejections");
         set_table();
-        if (options.step_control == StepControl::lu_rycroft)
-            set_step_control_of_lu_rycroft();
+        set_step_control();
     }
 
     Memory(const Memory&) = delete; // its address is the user data
@@ -93,8 +92,8 @@ public:
     /// ReInit sets the counters of SUNDIALS to zero.
     [[nodiscard]] Counts counts() {
         long steps = 0, rejected = 0;
-        call(ERKStepGetNumSteps(stepper_.get(), &steps), "count steps");
-        call(ERKStepGetNumErrTestFails(stepper_.get(), &rejected), "count rejections");
+        call(DUCTILE_ERK(GetNumSteps)(stepper_.get(), &steps), "count steps");
+        call(DUCTILE_ERK(GetNumErrTestFails)(stepper_.get(), &rejected), "count rejections");
         return {earlier_.steps + steps, earlier_.rejected + rejected, integration_.evaluations()};
     }
 
@@ -114,19 +113,40 @@ private:
         call(ERKStepSetTable(stepper_.get(), table.get()), "take the Butcher table");
     }
 
-    void set_step_control_of_lu_rycroft() {
-        constexpr int no_defaults = 0, exponent_by_order_of_method = 1;
-        double exponent[3] = {1.0, 0.0, 0.0};
+    /// Every number that the step control uses: defaults may change from release to release.
+    struct Factors {
+        StepController controller;
+        double safety, growth, first_growth, reduction, growth_after_rejections, keep_above, keep_below;
+    };
+
+    void set_step_control() {
+        const bool ours = options_.step_control == StepControl::lu_rycroft;
+        const int orders_apart = options_.table ? options_.table->order - options_.table->embedded_order : 1;
+        const Factors f = ours ? Factors{.controller = {.k1 = 1.0, .order_above_embedded = orders_apart},
+                                         .safety = 0.9,
+                                         .growth = 3.0,
+                                         .first_growth = 3.0,
+                                         .reduction = 1.0 / 3.0,
+                                         .growth_after_rejections = 1.0,
+                                         .keep_above = 1.0,
+                                         .keep_below = 1.0}
+                               : Factors{.controller = {.k1 = 0.8, .k2 = 0.31, .bias = 1.2},
+                                         .safety = 0.99,
+                                         .growth = 25.0,
+                                         .first_growth = 1e4,
+                                         .reduction = 0.1,
+                                         .growth_after_rejections = 0.3,
+                                         .keep_above = 1.0,
+                                         .keep_below = 1.5};
         void* const stepper = stepper_.get();
-        call(ERKStepSetAdaptivityMethod(stepper, ARK_ADAPT_I, no_defaults, exponent_by_order_of_method, exponent),
-             "take the step control");
-        call(ERKStepSetErrorBias(stepper, 1.0), "take the bias of the error");
-        call(ERKStepSetSafetyFactor(stepper, 0.9), "take f_s");
-        call(ERKStepSetMaxGrowth(stepper, 3.0), "take f_max");
-        call(ERKStepSetMaxFirstGrowth(stepper, 3.0), "take f_max for the first step");
-        call(ERKStepSetMinReduction(stepper, 1.0 / 3.0), "take f_min");
-        call(ERKStepSetMaxEFailGrowth(stepper, 1.0), "take the factor after rejections");
-        call(ERKStepSetFixedStepBounds(stepper, 1.0, 1.0), "change the step every time");
+        call(set_controller(stepper, integration_.context(), controller_, f.controller), "take the step control");
+        call(DUCTILE_ERK(SetSafetyFactor)(stepper, f.safety), "take the safety factor");
+        call(DUCTILE_ERK(SetMaxGrowth)(stepper, f.growth), "take the largest growth of a step");
+        call(DUCTILE_ERK(SetMaxFirstGrowth)(stepper, f.first_growth), "take the largest growth of the first step");
+        call(DUCTILE_ERK(SetMinReduction)(stepper, f.reduction), "take the largest reduction of a step");
+        call(DUCTILE_ERK(SetMaxEFailGrowth)(stepper, f.growth_after_rejections), "take the factor after rejections");
+        call(DUCTILE_ERK(SetSmallNumEFails)(stepper, 2), "take the number of rejections before that factor");
+        call(DUCTILE_ERK(SetFixedStepBounds)(stepper, f.keep_above, f.keep_below), "take the bounds of a step that is kept");
     }
 
     /// One by one and without a stop time, which would return an interpolated state.
@@ -134,7 +154,7 @@ private:
         const double steps = std::max(1.0, std::round((t1 - t0) / options_.fixed_step));
         if (steps > static_cast<double>(options_.largest_step_count))
             integration_.give_up(options_.largest_step_count, t0);
-        call(ERKStepSetFixedStep(stepper_.get(), (t1 - t0) / steps), "take the fixed step");
+        call(DUCTILE_ERK(SetFixedStep)(stepper_.get(), (t1 - t0) / steps), "take the fixed step");
         double t = t0;
         for (long long n = 0; n < static_cast<long long>(steps); ++n)
             evolve(t0 + (t1 - t0) * 2.0, t, observe);
@@ -142,12 +162,12 @@ private:
 
     void adaptive_steps(double t0, double t1, const StepObserver& observe) {
         void* const stepper = stepper_.get();
-        call(ERKStepSetFixedStep(stepper, 0.0), "switch error control on");
+        call(DUCTILE_ERK(SetFixedStep)(stepper, 0.0), "switch error control on");
         const bool whole_interval = options_.step_control == StepControl::lu_rycroft && options_.first_step == 0.0;
         const double first_step = whole_interval ? t1 - t0 : std::min(options_.first_step, t1 - t0);
-        call(ERKStepSetInitStep(stepper, first_step), "take the first step");
-        call(ERKStepSetMaxStep(stepper, options_.largest_step), "take the largest step");
-        call(ERKStepSetStopTime(stepper, t1), "take the end of the interval");
+        call(DUCTILE_ERK(SetInitStep)(stepper, first_step), "take the first step");
+        call(DUCTILE_ERK(SetMaxStep)(stepper, options_.largest_step), "take the largest step");
+        call(DUCTILE_ERK(SetStopTime)(stepper, t1), "take the end of the interval");
         double t = t0;
         for (long long n = 0; evolve(t1, t, observe) != ARK_TSTOP_RETURN;)
             if (++n >= options_.largest_step_count)
@@ -157,7 +177,7 @@ private:
     /// One step; `t` becomes the time reached. Returns the flag, which is not an error.
     int evolve(double towards, double& t, const StepObserver& observe) {
         step_start_ = t;
-        const int flag = ERKStepEvolve(stepper_.get(), towards, integration_.state(), &t, ARK_ONE_STEP);
+        const int flag = DUCTILE_ERK(Evolve)(stepper_.get(), towards, integration_.state(), &t, ARK_ONE_STEP);
         integration_.check_step(flag, step_start_);
         if (!last_rate_finite_) // that of the state reached
             integration_.check_step(ARK_UNREC_RHSFUNC_ERR, t);
@@ -166,7 +186,7 @@ private:
         return flag;
     }
 
-    /// ERKStep of SUNDIALS 6 ends when the rate of a stage fails. A rate beyond all bounds makes its error test reject the step
+    /// ERKStep ends when the rate of a stage fails. A rate beyond all bounds makes its error test reject the step
     /// instead; at the beginning of a step, where no shorter one helps, and without an error test it remains a failure.
     static int rate(sunrealtype t, N_Vector y, N_Vector rate, void* memory) {
         Memory& self = *static_cast<Memory*>(memory);
@@ -180,6 +200,7 @@ private:
 
     Integration integration_; // first made, last destroyed
     ErkOptions options_;
+    ControllerMemory controller_;
     Owner<void*, free_stepper> stepper_;
     Counts earlier_; ///< before the last ReInit
     double step_start_ = 0.0;

@@ -32,7 +32,7 @@ enum class ErkMethod {
 
 /// Who chooses the steps of adaptive runs.
 enum class StepControl {
-    arkode, ///< its PID controller, with the defaults of its factors
+    arkode, ///< its PI controller, with the factors that are its defaults
     /// Lu & Rycroft, App. B: E by (B.2) with the scales s_i = A + R |y0_i| (ARKODE has no others: they are those of (B.1) but for
     /// the maximum), h_new = h min(3, max(1/3, 0.9 E^(-1/order))) as in (B.4), no growth right after a rejection. The first step
     /// is the whole interval if first_step is 0.

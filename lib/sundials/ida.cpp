@@ -31,16 +31,20 @@ public:
             kind[i] = i < system_.differential ? 1.0 : 0.0;
         solver_.reset(made(IDACreate(integration_.context()), "differential-algebraic integrator"));
         void* const solver = solver_.get();
-        call(IDASetErrHandlerFn(solver, &Integration::note, &integration_), "install its error handler");
+        call(DUCTILE_KEEP_MESSAGES(IDA, solver, integration_.note()), "keep its messages");
         call(IDAInit(solver, &Memory::residual, 0.0, state, rate_.get()), "take the system");
         call(IDASetUserData(solver, this), "take its user data");
         call(IDASStolerances(solver, 0.0, options.absolute_tolerance), "take the tolerance");
         call(IDASetId(solver, kinds.get()), "take the kinds of the components");
         call(IDASetSuppressAlg(solver, SUNTRUE), "leave algebraic components out of the error test");
-        call(IDASetMaxErrTestFails(solver, 50), "take the number of rejections");
+        set_limits();
         constexpr int vectors = 30;
         linear_solver_.reset(made(SUNLinSol_SPGMR(state, SUN_PREC_LEFT, vectors, integration_.context()), "linear solver"));
+        call(SUNLinSol_SPGMRSetMaxRestarts(linear_solver_.get(), 0), "take the number of restarts");
+        call(SUNLinSol_SPGMRSetGSType(linear_solver_.get(), SUN_MODIFIED_GS), "take the orthogonalisation");
         call(IDASetLinearSolver(solver, linear_solver_.get(), nullptr), "take the linear solver");
+        call(IDASetEpsLin(solver, 0.05), "take the linear tolerance");
+        call(IDASetIncrementFactor(solver, 1.0), "take the increment of difference quotients");
         call(IDASetPreconditioner(solver, nullptr, &Memory::precondition), "take the preconditioner");
     }
     Memory(const Memory&) = delete; // its address is the user data
@@ -80,6 +84,23 @@ public:
 
 private:
     void call(int flag, const char* what) { integration_.call(flag, what); }
+
+    /// Every number that decides about steps and orders: defaults may change from release to release.
+    void set_limits() {
+        void* const solver = solver_.get();
+        call(IDASetMaxOrd(solver, 5), "take the highest order");
+        call(IDASetMaxErrTestFails(solver, 50), "take the number of rejections");
+        call(IDASetMaxNonlinIters(solver, 4), "take the number of iterations");
+        call(IDASetMaxConvFails(solver, 10), "take the number of failed iterations");
+        call(IDASetNonlinConvCoef(solver, 0.33), "take the tolerance of the iterations");
+        call(IDASetDeltaCjLSetup(solver, 0.25), "take the change of the step that renews the preconditioner");
+        call(IDASetEtaFixedStepBounds(solver, 1.0, 2.0), "take the bounds of a step that is kept");
+        call(IDASetEtaMax(solver, 2.0), "take the largest growth of a step");
+        call(IDASetEtaMin(solver, 0.5), "take the largest reduction of a step");
+        call(IDASetEtaLow(solver, 0.9), "take the smallest reduction of a step");
+        call(IDASetEtaMinErrFail(solver, 0.25), "take the largest reduction after a rejection");
+        call(IDASetEtaConvFail(solver, 0.25), "take the reduction after failed iterations");
+    }
 
     static int residual(sunrealtype t, N_Vector y, N_Vector rate, N_Vector result, void* memory) {
         Memory& self = *static_cast<Memory*>(memory);

@@ -29,14 +29,10 @@ void check_tolerances(const std::string& who, double relative, double absolute) 
 }
 
 Integration::Integration(std::string who, FlagName flag_name, RightHandSide f, std::size_t components)
-    : who_(std::move(who)), flag_name_(flag_name), f_(std::move(f)) {
+    : who_(std::move(who)), flag_name_(flag_name), f_(std::move(f)), context_(make_context(note_)) {
     if (components == 0)
         throw InputError(fmt::format("{}: a system needs at least one component", who_));
-    SUNContext context = nullptr;
-    if (SUNContext_Create(nullptr, &context) != 0)
-        throw RunError("SUNDIALS could not create its context");
-    context_.reset(context);
-    state_.reset(made(N_VNew_Serial(static_cast<sunindextype>(components), context), "vector"));
+    state_.reset(made(N_VNew_Serial(index_of(components), context_.get()), "vector"));
     N_VConst(0.0, state_.get());
 }
 
@@ -109,11 +105,6 @@ int Integration::rate(sunrealtype t, N_Vector y, N_Vector rate, void* integratio
     Integration& self = *static_cast<Integration*>(integration);
     ++self.evaluations_;
     return self.guarded(view(rate), [&] { self.f_(t, view(y), view(rate)); });
-}
-
-/// Keeps what SUNDIALS would print.
-void Integration::note(int, const char*, const char*, char* message, void* integration) {
-    static_cast<Integration*>(integration)->note_ = message;
 }
 
 } // namespace ductile::sundials

@@ -3,6 +3,7 @@
 #include <ductile/base/error.hpp>
 #include <ductile/sundials/handles.hpp>
 #include <ductile/sundials/initial_value.hpp>
+#include <ductile/sundials/release.hpp>
 
 #include <cstddef>
 #include <exception>
@@ -47,9 +48,11 @@ public:
     /// a failure: -1 after an exception, 1 (try a shorter step) where the result is not finite.
     int guarded(std::span<const double> result, const std::function<void()>& callback);
 
-    /// The callbacks, with this object as user data.
+    /// The right-hand side, with this object as user data.
     static int rate(sunrealtype t, N_Vector y, N_Vector rate, void* integration);
-    static void note(int code, const char* module, const char* function, char* message, void* integration);
+
+    /// What SUNDIALS would print: for DUCTILE_KEEP_MESSAGES.
+    [[nodiscard]] std::string* note() { return &note_; }
 
 private:
     [[nodiscard]] std::string explain(int flag) const;
@@ -57,11 +60,11 @@ private:
     std::string who_;
     FlagName flag_name_;
     RightHandSide f_;
-    Owner<SUNContext, free_context> context_; // first made, last destroyed
+    std::string note_;
+    Context context_; // first made, last destroyed
     Owner<N_Vector, N_VDestroy> state_;
     long long evaluations_ = 0;
     std::exception_ptr exception_;
-    std::string note_;
 };
 
 } // namespace ductile::sundials

@@ -1,5 +1,6 @@
 #include <ductile/sundials/handles.hpp>
 #include <ductile/sundials/kinsol.hpp>
+#include <ductile/sundials/release.hpp>
 
 #include <kinsol/kinsol.h>
 #include <sunlinsol/sunlinsol_pcg.h>
@@ -11,6 +12,7 @@
 #include <cmath>
 #include <exception>
 #include <fmt/format.h>
+#include <limits>
 #include <utility>
 
 namespace ductile::sundials {
@@ -54,17 +56,14 @@ std::string explain(int flag) {
 class KinsolSolver::Memory {
 public:
     Memory(const KinsolOptions& options, std::size_t size, bool products, bool preconditioned)
-        : size_(size), products_(products), preconditioned_(preconditioned) {
-        SUNContext context = nullptr;
-        if (SUNContext_Create(nullptr, &context) != 0)
-            throw RunError("SUNDIALS could not create its context");
-        context_.reset(context);
+        : size_(size), products_(products), preconditioned_(preconditioned), context_(make_context(message_)) {
+        SUNContext const context = context_.get();
         for (auto* vector : {&u_, &u_scale_, &f_scale_})
-            vector->reset(made(N_VNew_Serial(static_cast<sunindextype>(size), context), "vector"));
+            vector->reset(made(N_VNew_Serial(index_of(size), context), "vector"));
         N_VConst(1.0, f_scale_.get());
         solver_.reset(made(KINCreate(context), "nonlinear solver"));
         void* const solver = solver_.get();
-        call(KINSetErrHandlerFn(solver, &Memory::ignore, nullptr), "install its error handler");
+        call(DUCTILE_KEEP_MESSAGES(KIN, solver, &message_), "keep its messages");
         call(KINSetUserData(solver, this), "take its user data");
         call(KINInit(solver, &Memory::residual, u_.get()), "start");
         const int side = preconditioned ? SUN_PREC_RIGHT : SUN_PREC_NONE;
@@ -91,6 +90,9 @@ public:
         call(KINSetMaxSetupCalls(solver, 1), "renew the preconditioner at every iterate");
         call(KINSetNumMaxIters(solver, options.largest_iterations), "take the number of iterations");
         call(KINSetRelErrFunc(solver, options.difference_increment * options.difference_increment), "take the error of F");
+        // every number that decides about steps: defaults may change from release to release
+        call(KINSetScaledStepTol(solver, std::pow(std::numeric_limits<double>::epsilon(), 2.0 / 3.0)), "take the smallest step");
+        call(KINSetMaxBetaFails(solver, 10), "take the number of failed line searches");
         // the default would be 1 for a guess of zero, whatever the units
         call(KINSetMaxNewtonStep(solver, 1e10), "take the largest step");
         call(KINSetNoMinEps(solver, SUNTRUE), "take the forcing as it is");
@@ -100,6 +102,13 @@ public:
         } else {
             call(KINSetEtaForm(solver, KIN_ETACONSTANT), "take the forcing");
             call(KINSetEtaConstValue(solver, options.linear_tolerance), "take the linear tolerance");
+        }
+        if (options.linear == KrylovSolver::gmres) {
+            call(SUNLinSol_SPGMRSetMaxRestarts(linear_.get(), 0), "take the number of restarts");
+            call(SUNLinSol_SPGMRSetGSType(linear_.get(), SUN_MODIFIED_GS), "take the orthogonalisation");
+        } else if (options.linear == KrylovSolver::flexible_gmres) {
+            call(SUNLinSol_SPFGMRSetMaxRestarts(linear_.get(), 0), "take the number of restarts");
+            call(SUNLinSol_SPFGMRSetGSType(linear_.get(), SUN_MODIFIED_GS), "take the orthogonalisation");
         }
     }
     Memory(const Memory&) = delete;
@@ -155,8 +164,6 @@ private:
             throw RunError(fmt::format("SUNDIALS' KINSOL could not {}: {}", what, explain(flag)));
     }
 
-    static void ignore(int, const char*, const char*, char*, void*) {}
-
     /// Runs `action`; an exception must not cross the frames of a C library. The result is a flag for KINSOL.
     int guarded(const auto& action) {
         try {
@@ -187,7 +194,7 @@ private:
         return self.guarded([&] { self.system_->precondition(view(z)); });
     }
 
-    static int times(N_Vector s, N_Vector js, N_Vector u, booleantype* new_u, void* self_pointer) {
+    static int times(N_Vector s, N_Vector js, N_Vector u, sunbooleantype* new_u, void* self_pointer) {
         Memory& self = *static_cast<Memory*>(self_pointer);
         return self.guarded([&] {
             if (*new_u && !std::exchange(self.linearised_, false))
@@ -199,7 +206,8 @@ private:
 
     std::size_t size_;
     bool products_, preconditioned_;
-    Owner<SUNContext, free_context> context_; // first made, last destroyed
+    std::string message_; // of SUNDIALS, which explain() says better
+    Context context_;     // first made, last destroyed
     Owner<N_Vector, N_VDestroy> u_, u_scale_, f_scale_;
     Owner<SUNLinearSolver, SUNLinSolFree> linear_;
     Owner<void*, free_solver> solver_;

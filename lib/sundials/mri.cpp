@@ -13,7 +13,7 @@ namespace {
 
 constexpr const char* who = "MRI integrator";
 
-void free_stepper(void* stepper) { MRIStepFree(&stepper); }
+void free_stepper(void* stepper) { DUCTILE_MRI(Free)(&stepper); }
 void free_inner_stepper(MRIStepInnerStepper stepper) { MRIStepInnerStepper_Free(&stepper); }
 
 } // namespace
@@ -21,7 +21,8 @@ void free_inner_stepper(MRIStepInnerStepper stepper) { MRIStepInnerStepper_Free(
 class MriIntegrator::Memory {
 public:
     explicit Memory(MultirateSystem system)
-        : integration_(who, &MRIStepGetReturnFlagName, std::move(system.slow), system.components), system_(std::move(system)) {
+        : integration_(who, &DUCTILE_MRI(GetReturnFlagName), std::move(system.slow), system.components),
+          system_(std::move(system)) {
         MRIStepInnerStepper inner = nullptr;
         call(MRIStepInnerStepper_Create(integration_.context(), &inner), "create the stepper of the fast rate");
         inner_stepper_.reset(inner);
@@ -31,8 +32,8 @@ public:
         stepper_.reset(made(MRIStepCreate(&Integration::rate, nullptr, 0.0, integration_.state(), inner, integration_.context()),
                             "multirate integrator"));
         void* const stepper = stepper_.get();
-        call(MRIStepSetErrHandlerFn(stepper, &Integration::note, &integration_), "install its error handler");
-        call(MRIStepSetUserData(stepper, &integration_), "take its user data");
+        call(DUCTILE_KEEP_MESSAGES(MRIStep, stepper, integration_.note()), "keep its messages");
+        call(DUCTILE_MRI(SetUserData)(stepper, &integration_), "take its user data");
         const Owner<MRIStepCoupling, MRIStepCoupling_Free> coupling(made(MRIStepCoupling_LoadTable(ARKODE_MIS_KW3), "coupling"));
         call(MRIStepSetCoupling(stepper, coupling.get()), "take the method");
     }
@@ -44,10 +45,10 @@ public:
         earlier_ = counts();
         void* const stepper = stepper_.get();
         call(MRIStepReInit(stepper, &Integration::rate, nullptr, t0, integration_.state()), "start at the given state");
-        call(MRIStepSetFixedStep(stepper, t1 - t0), "take the step");
+        call(DUCTILE_MRI(SetFixedStep)(stepper, t1 - t0), "take the step");
         double t = t0;
         // one step, without a stop time, which would return an interpolated state
-        const int flag = MRIStepEvolve(stepper, t0 + 2.0 * (t1 - t0), integration_.state(), &t, ARK_ONE_STEP);
+        const int flag = DUCTILE_MRI(Evolve)(stepper, t0 + 2.0 * (t1 - t0), integration_.state(), &t, ARK_ONE_STEP);
         integration_.check_step(flag, t0);
         std::ranges::copy(integration_.values(), y.begin());
     }
@@ -55,7 +56,7 @@ public:
     /// ReInit sets the counters of SUNDIALS to zero.
     [[nodiscard]] Counts counts() {
         long steps = 0;
-        call(MRIStepGetNumSteps(stepper_.get(), &steps), "count steps");
+        call(DUCTILE_MRI(GetNumSteps)(stepper_.get(), &steps), "count steps");
         return {earlier_.steps + steps, 0, integration_.evaluations()};
     }
 

@@ -18,8 +18,8 @@ struct MultirateSystem {
 
 /// A large system with slow and fast rates, integrated by SUNDIALS (ARKODE's MRIStep) with the multirate infinitesimal step
 /// method of third order of Knoth and Wolke (1998): three slow rates a step, between which the fast rate is integrated under
-/// constant forcing. Steps are fixed: SUNDIALS 6 has no others. One object belongs to one thread. Throws RunError when SUNDIALS
-/// gives up.
+/// constant forcing. Steps are fixed: SUNDIALS 6 and 7.1 have no others. One object belongs to one thread. Throws RunError when
+/// SUNDIALS gives up.
 class MriIntegrator {
 public:
     explicit MriIntegrator(MultirateSystem system);
