@@ -73,6 +73,13 @@ expect output alpha
 launch 0
 launch 2 beta
 expect output "no program 'beta'"
+expect_not output "Did you mean"
+launch 2 alhpa
+expect output "Did you mean 'alpha'?"
+launch 2 tset
+expect output "Did you mean 'test'?"
+launch 2 --hepl
+expect_not output "Did you mean 'alpha'?"
 launch 2 ../drivers/alpha
 [[ ! -s $log ]] || fail "help or a mistake has done something"
 

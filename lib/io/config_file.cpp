@@ -1,81 +1,87 @@
 #include <ductile/base/error.hpp>
 #include <ductile/io/config_file.hpp>
+#include <ductile/io/option_values.hpp>
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#define TOML_ENABLE_FORMATTERS 0
+#include <toml++/toml.h>
+
 #include <algorithm>
-#include <sstream>
 
 namespace ductile::io {
 namespace {
 
-/// A line up to its comment; CLI11 takes a '#' inside quotes for the beginning of one.
-std::string without_comment(const std::string& line) {
-    char quote = '\0';
-    for (std::size_t i = 0; i < line.size(); ++i) {
-        const char c = line[i];
-        if (c == '#' && quote == '\0')
-            return line.substr(0, i);
-        if (c == '\\')
-            throw InputError("backslashes are not understood here");
-        if (c == quote)
-            quote = '\0';
-        else if (quote == '\0' && (c == '"' || c == '\''))
-            quote = c;
+/// What editors on other systems write, and TOML does not allow.
+void check_encoding(std::string_view text) {
+    if (text.starts_with("\xef\xbb\xbf"))
+        throw InputError("the file begins with a byte-order mark (BOM): save it as UTF-8 without one");
+    if (text.starts_with("\xff\xfe") || text.starts_with("\xfe\xff"))
+        throw InputError("the file is UTF-16 (it begins with a byte-order mark): save it as UTF-8");
+    if (text.find('\0') != text.npos)
+        throw InputError("the file contains null characters: save it as UTF-8 text");
+}
+
+std::string text_of(const toml::node& value) {
+    if (const auto* text = value.as_string())
+        return text->get();
+    if (const auto* number = value.as_integer())
+        return fmt::format("{}", number->get());
+    if (const auto* truth = value.as_boolean())
+        return truth->get() ? "true" : "false";
+    if (const auto* number = value.as_floating_point()) {
+        const std::string text = to_text(number->get());
+        return text.find_first_not_of("-0123456789") == text.npos ? text + ".0" : text; // no whole number by its type
     }
-    if (quote != '\0')
-        throw InputError("a text has no closing quote");
-    return line;
+    if (value.is_table())
+        throw InputError("tables are not used: all keys stand at the top level, as key = value");
+    if (value.is_array())
+        throw InputError("arrays in arrays are not used");
+    throw InputError("dates and times of day are not used: a time is a number of seconds");
 }
 
-bool blank(const std::string& text) { return text.find_first_not_of(" \t\r") == text.npos; }
-
-bool opens_array(const std::string& statement) {
-    const std::size_t value = statement.find_first_not_of(" \t", std::min(statement.find('='), statement.size() - 1) + 1);
-    return value != statement.npos && statement[value] == '[' && statement[statement.find_last_not_of(" \t\r")] != ']';
-}
-
-ConfigEntry read_statement(const std::string& statement, int line) {
-    std::istringstream stream(statement);
-    CLI::ConfigTOML toml;
-    toml.comment('\0'); // none are left
-    const std::vector<CLI::ConfigItem> items = toml.from_config(stream);
-    if (statement.find('=') == statement.npos || items.size() != 1 || !items.front().parents.empty())
-        throw InputError("expected key = value (tables are not used: all keys stand at the top level)");
-    return {items.front().name, items.front().inputs, line};
+ConfigEntry entry_of(const toml::key& key, const toml::node& node) {
+    ConfigEntry entry{.key = std::string(key.str()), .line = static_cast<int>(key.source().begin.line)};
+    if (const auto* array = node.as_array()) {
+        entry.is_array = true;
+        for (const toml::node& element : *array)
+            entry.values.push_back(text_of(element));
+    } else {
+        entry.values.push_back(text_of(node));
+    }
+    return entry;
 }
 
 } // namespace
 
-// A statement at a time: CLI11 would join the values of a key given twice, and knows no lines.
 std::vector<ConfigEntry> read_config(const std::string& text, const std::string& source) {
     std::vector<ConfigEntry> entries;
-    std::istringstream lines(text);
-    std::string line;
-    int number = 0;
-    const auto next_line = [&] { return std::getline(lines, line) && ++number > 0; };
+    int line = 1;
     try {
-        while (next_line()) {
-            std::string statement = without_comment(line);
-            const int first = number;
-            if (blank(statement))
-                continue;
-            while (opens_array(statement)) {
-                if (!next_line())
-                    throw InputError("an array has no closing bracket");
-                statement += without_comment(line);
-            }
-            ConfigEntry entry = read_statement(statement, first);
-            const auto same = std::ranges::find(entries, entry.key, &ConfigEntry::key);
-            if (same != entries.end())
-                throw InputError(fmt::format("key '{}' is given twice (first in line {})", entry.key, same->line));
-            entries.push_back(std::move(entry));
+        check_encoding(text);
+        const toml::table table = toml::parse(text);
+        for (auto&& [key, node] : table) {
+            line = static_cast<int>(key.source().begin.line);
+            entries.push_back(entry_of(key, node));
         }
     } catch (const InputError& error) {
-        throw InputError(fmt::format("{}, line {}: {}", source, number, error.what()));
+        throw InputError(fmt::format("{}, line {}: {}", source, line, error.what()));
+    } catch (const toml::parse_error& error) {
+        throw InputError(fmt::format("{}, line {}: {} (TOML: one key = value a line, texts in quotes)", source,
+                                     error.source().begin.line, error.description()));
     }
+    std::ranges::sort(entries, {}, &ConfigEntry::line);
     return entries;
+}
+
+std::string toml_quoted(std::string_view text) {
+    std::string result = "\"";
+    for (const char c : text) {
+        if (c == '"' || c == '\\')
+            result += '\\';
+        result += c;
+    }
+    return result + '"';
 }
 
 } // namespace ductile::io

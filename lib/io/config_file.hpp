@@ -1,19 +1,24 @@
 #pragma once
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace ductile::io {
 
-/// One `key = value` of a configuration file. CLI11, which reads it, does not say whether a value stood in quotes.
+/// One `key = value` of a configuration file. Numbers are texts that are read back as the same number.
 struct ConfigEntry {
     std::string key;
-    std::vector<std::string> values; ///< the elements of an array, or the one value
+    std::vector<std::string> values = {}; ///< the elements of an array, or the one value
+    bool is_array = false;
     int line = 0;
 };
 
-/// Reads top-level TOML keys with CLI11. `source` names the text in messages. Throws InputError with the line for what is not
-/// `key = value` (tables included), for a key given twice, and for what CLI11 would silently misread: open quotes or arrays,
-/// backslashes.
+/// The top-level keys of a TOML text in the order of their lines. `source` names the text in messages. Throws InputError with the
+/// line for what is not TOML (a key given twice included), for tables and dates, and for files that begin with a byte-order mark
+/// or are not UTF-8.
 [[nodiscard]] std::vector<ConfigEntry> read_config(const std::string& text, const std::string& source);
+
+/// A text as TOML writes it: in quotes.
+[[nodiscard]] std::string toml_quoted(std::string_view text);
 
 } // namespace ductile::io

@@ -1,6 +1,7 @@
 #include <ductile/base/error.hpp>
 #include <ductile/base/threads.hpp>
 #include <ductile/io/config_file.hpp>
+#include <ductile/io/nearest_name.hpp>
 #include <ductile/io/program.hpp>
 #include <ductile/io/version.hpp>
 
@@ -17,11 +18,21 @@ namespace {
 
 constexpr const char* general = "General";
 
-/// What CLI11 would not write to a configuration file, or read from it, as the same text again.
+/// Checkpoints and summaries keep every option as text.
 void check_storable(const std::string& text) {
-    const auto forbidden = [](char c) { return c == '"' || c == '\\' || static_cast<unsigned char>(c) < ' '; };
-    if (std::ranges::any_of(text, forbidden))
-        throw InputError("it must not contain double quotes, backslashes or control characters");
+    try {
+        (void)read_config("text = " + toml_quoted(text), "");
+    } catch (const InputError&) {
+        throw InputError("it must be UTF-8 text without control characters");
+    }
+}
+
+/// For messages: what a terminal would not show.
+std::string visible(const std::string& text) {
+    std::string result;
+    for (const char c : text)
+        result += static_cast<unsigned char>(c) < ' ' ? fmt::format("\\x{:02x}", c) : std::string(1, c);
+    return result;
 }
 
 std::string read_whole(const std::filesystem::path& path) {
@@ -52,11 +63,11 @@ CLI::Option* Program::declare(const std::string& flag, Kind kind, const OptionHe
         try {
             convert(results.back());
         } catch (const InputError& error) {
-            throw InputError(fmt::format("{} {}: {}", flag, results.back(), error.what()));
+            throw InputError(fmt::format("{} {}: {}", flag, visible(results.back()), error.what()));
         }
         return true;
     };
-    constexpr std::array<const char*, 6> types = {"NUMBER", "N", "", "TEXT", "N|MxN", "A,B,..."};
+    constexpr std::array<const char*, 7> types = {"NUMBER", "N", "", "TEXT", "N|MxN", "A,B,...", "NUMBER|auto"};
     const std::string standard = text().empty() ? "" : fmt::format(" (default {})", text());
     const std::string shown = help.meaning + units + range + standard;
     CLI::Option* option = kind == Kind::boolean ? app_->add_flag(flag, shown) : app_->add_option(flag, callback, shown);
@@ -131,6 +142,20 @@ void Program::option(const std::string& flag, std::vector<double>& value, const 
         [&value, allowed = help.allowed](const std::string& text) { value = parse_number_list(text, allowed); });
 }
 
+void Program::number_or_auto(const std::string& flag, std::string& value, const OptionHelp& help) {
+    const auto convert = [&value, allowed = help.allowed](const std::string& text) {
+        try {
+            if (text != "auto")
+                (void)parse_number(text, allowed);
+        } catch (const InputError& error) {
+            throw InputError(fmt::format("{}; or auto", error.what()));
+        }
+        value = text;
+    };
+    declare(
+        flag, Kind::number_or_auto, help, help.allowed.describe(), [&value] { return value; }, convert);
+}
+
 void Program::choice(const std::string& flag, std::string& value, const std::vector<std::string>& words, const OptionHelp& help) {
     choose(
         flag, words, help, [&value] { return value; }, [&value](const std::string& word) { value = word; });
@@ -141,7 +166,7 @@ void Program::choose(const std::string& flag, const std::vector<std::string>& wo
     const std::string all = fmt::format("{}", fmt::join(words, ", "));
     const auto check = [words, all, convert](const std::string& word) {
         if (std::ranges::find(words, word) == words.end())
-            throw InputError(fmt::format("it must be one of {}", all));
+            throw InputError(fmt::format("it must be one of {}{}", all, did_you_mean(word, words)));
         convert(word);
     };
     declare(flag, Kind::text, help, "one of " + all, std::move(text), check);
@@ -159,12 +184,14 @@ void Program::declare_common() {
         option("--checkpoint-every", common_.checkpoint_every_s, {general, "wall time between two checkpoints", "s", positive});
     }
     const auto set_config = [this](const CLI::results_t& results) {
-        config_file_ = results.back();
+        config_files_ = results;
         return true;
     };
-    app_->add_option("--config", set_config, "TOML file with options; the command line goes before it")
+    app_->add_option("--config", set_config,
+                     "TOML file with options; the command line goes before it, and of several files the last")
         ->option_text("FILE")
-        ->take_last()
+        ->type_size(1)
+        ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
         ->configurable(false)
         ->group(general);
     const std::string print_config = "print all options as a TOML file and end";
@@ -176,6 +203,7 @@ void Program::declare_common() {
 
 bool Program::parse(int argc, const char* const* argv) {
     declare_common();
+    app_->allow_extras();
     try {
         app_->parse(argc, argv);
     } catch (const CLI::CallForHelp&) {
@@ -187,8 +215,9 @@ bool Program::parse(int argc, const char* const* argv) {
     } catch (const CLI::ParseError& error) {
         throw InputError(fmt::format("{}: {} --help lists all options", error.what(), name_));
     }
-    if (!config_file_.empty())
-        apply_config(read_whole(config_file_), config_file_.string(), {});
+    refuse_unknown_arguments();
+    for (auto file = config_files_.rbegin(); file != config_files_.rend(); ++file)
+        apply_config(read_whole(*file), *file, {});
     if (!common_.restart.empty())
         apply_restart();
     if (common_.output.empty())
@@ -201,16 +230,39 @@ bool Program::parse(int argc, const char* const* argv) {
     return true;
 }
 
+std::vector<std::string> Program::names(const std::string& prefix) const {
+    std::vector<std::string> result;
+    for (const Declared& declared : declared_)
+        result.push_back(prefix + declared.key);
+    return result;
+}
+
+void Program::refuse_unknown_arguments() const {
+    const std::vector<std::string> unknown = app_->remaining();
+    if (unknown.empty())
+        return;
+    const auto option = std::ranges::find_if(unknown, [](const std::string& word) { return word.starts_with('-'); });
+    if (option == unknown.end())
+        throw InputError(
+            fmt::format("'{}' was not expected: options begin with --; {} --help lists all", visible(unknown.front()), name_));
+    std::vector<std::string> known = names("--");
+    for (const char* more : {"--config", "--print-config", "--version", "--help"})
+        known.emplace_back(more);
+    const std::string word = option->substr(0, option->find('='));
+    throw InputError(
+        fmt::format("there is no option {}{}; {} --help lists all", visible(word), did_you_mean(word, known), name_));
+}
+
 /// Options that already have a value keep it: sources are read from the strongest to the weakest.
 void Program::apply_config(const std::string& text, const std::string& source, const std::vector<std::string>& skipped_keys) {
     for (const ConfigEntry& entry : read_config(text, source)) {
         const std::string where = fmt::format("{}, line {}: ", source, entry.line);
         const auto found = std::ranges::find(declared_, entry.key, &Declared::key);
         if (found == declared_.end())
-            throw InputError(fmt::format("{}unknown key '{}': {} --print-config lists all keys", where, entry.key, name_));
-        if (found->kind != Kind::number_list && entry.values.size() != 1)
-            throw InputError(fmt::format("{}key '{}' has {} values: it must have one (texts stand in quotes)", where, entry.key,
-                                         entry.values.size()));
+            throw InputError(fmt::format("{}unknown key '{}'{}: {} --print-config lists all keys", where, visible(entry.key),
+                                         did_you_mean(entry.key, names("")), name_));
+        if (found->kind != Kind::number_list && entry.is_array)
+            throw InputError(fmt::format("{}key '{}' is an array: it must have one value", where, entry.key));
         if (found->option->count() > 0 || std::ranges::find(skipped_keys, entry.key) != skipped_keys.end())
             continue;
         try {

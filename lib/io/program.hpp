@@ -42,9 +42,10 @@ struct CommonOptions {
 
 /// What all programs share: options from command line, configuration file and checkpoint, and the frame of a run.
 ///
-/// An option given on the command line goes before --config, which goes before the options stored in the --restart checkpoint,
-/// which (but for the place and the silence of that run) go before the defaults (the values variables have when they are
-/// declared). Every option `--a-name` has the TOML key `a-name`. No option is ever required; check combinations after parse().
+/// An option given on the command line goes before --config (of several files the last goes first), which goes before the options
+/// stored in the --restart checkpoint, which (but for the place and the silence of that run) go before the defaults (the values
+/// variables have when they are declared). Every option `--a-name` has the TOML key `a-name`. No option is ever required; check
+/// combinations after parse().
 class Program {
 public:
     /// Whether the runs of a program write checkpoints and go on from them; if not, it has no options about them.
@@ -64,6 +65,8 @@ public:
     void option(const std::string& flag, std::filesystem::path& value, const OptionHelp& help);
     void option(const std::string& flag, CellCount& value, const OptionHelp& help);
     void option(const std::string& flag, std::vector<double>& value, const OptionHelp& help);
+    /// A number, or the word auto.
+    void number_or_auto(const std::string& flag, std::string& value, const OptionHelp& help);
     /// One of a few words.
     void choice(const std::string& flag, std::string& value, const std::vector<std::string>& words, const OptionHelp& help);
     /// One of a few words that stand for values of an enumeration.
@@ -96,13 +99,15 @@ public:
                           const std::vector<std::string>& warnings = {}) const;
 
 private:
-    enum class Kind { number, integer, boolean, text, cells, number_list };
+    enum class Kind { number, integer, boolean, text, cells, number_list, number_or_auto };
     struct Declared {
         std::string key;
         Kind kind;
         std::function<std::string()> text; ///< the variable's value
         CLI::Option* option;
     };
+    static std::string toml_value(const Declared& declared);
+
     using Text = std::function<std::string()>;
     using Convert = std::function<void(const std::string&)>;
 
@@ -111,13 +116,15 @@ private:
     void choose(const std::string& flag, const std::vector<std::string>& words, const OptionHelp& help, Text text,
                 const Convert& convert);
     void declare_common();
+    [[nodiscard]] std::vector<std::string> names(const std::string& prefix) const;
+    void refuse_unknown_arguments() const;
     void apply_config(const std::string& text, const std::string& source, const std::vector<std::string>& skipped_keys);
     void apply_restart();
 
     std::string name_, description_;
     Checkpoints checkpoints_;
     CommonOptions common_;
-    std::filesystem::path config_file_;
+    std::vector<std::string> config_files_;
     std::unique_ptr<CLI::App> app_;
     std::vector<Declared> declared_;
 };

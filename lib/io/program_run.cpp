@@ -1,4 +1,5 @@
 #include <ductile/base/error.hpp>
+#include <ductile/io/config_file.hpp>
 #include <ductile/io/interrupt.hpp>
 #include <ductile/io/program.hpp>
 #include <ductile/io/text.hpp>
@@ -14,12 +15,36 @@
 namespace ductile::io {
 
 std::string Program::config_text() const {
-    // CLI11 writes what was given on the command line, else the default: make that the variable's value, from wherever it came.
-    for (const Declared& declared : declared_) {
-        declared.option->clear();
-        declared.option->default_str(declared.text());
+    std::string config = fmt::format("# {}, ductile {}: all options with their values.\n# {}\n", name_, version(), description_);
+    std::vector<std::string> groups;
+    for (const Declared& declared : declared_)
+        if (std::ranges::find(groups, declared.option->get_group()) == groups.end())
+            groups.push_back(declared.option->get_group());
+    for (const std::string& group : groups) {
+        config += fmt::format("\n# {}\n", group);
+        for (const Declared& declared : declared_)
+            if (declared.option->get_group() == group)
+                config += fmt::format("\n# {}\n{}={}\n", declared.option->get_description(), declared.key, toml_value(declared));
     }
-    return fmt::format("# {}, ductile {}: all options with their values.\n", name_, version()) + app_->config_to_str(true, true);
+    return config;
+}
+
+std::string Program::toml_value(const Declared& declared) {
+    const std::string text = declared.text();
+    switch (declared.kind) {
+    case Kind::number:
+    case Kind::integer:
+    case Kind::boolean:
+        return text;
+    case Kind::number_list:
+        return fmt::format("[{}]", text);
+    case Kind::number_or_auto:
+        return text == "auto" ? toml_quoted(text) : to_text(parse_number(text));
+    case Kind::text:
+    case Kind::cells:
+        break;
+    }
+    return toml_quoted(text);
 }
 
 nlohmann::ordered_json Program::parameters() const {
@@ -41,6 +66,7 @@ nlohmann::ordered_json Program::parameters() const {
             break;
         case Kind::text:
         case Kind::cells:
+        case Kind::number_or_auto:
             json[declared.key] = text;
             break;
         }
@@ -57,7 +83,8 @@ std::optional<CheckpointReader> Program::open_restart(int format) const {
 void Program::say(const std::string& text) const {
     if (common_.quiet)
         return;
-    fmt::print("{}", text);
+    // Nobody may read on: run_main() tells of that, and SIGPIPE ends the run in good order.
+    std::fwrite(text.data(), 1, text.size(), stdout);
     std::fflush(stdout);
 }
 
@@ -109,7 +136,7 @@ int run_main(const std::function<int()>& body) {
     };
     try {
         const int status = body();
-        if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
+        if (status != interrupted_exit_status && (std::fflush(stdout) != 0 || std::ferror(stdout) != 0))
             return report("cannot write to the standard output", 1);
         return status;
     } catch (const Error& error) {

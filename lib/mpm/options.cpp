@@ -37,11 +37,10 @@ void declare_time(io::Program& program, Options& o) {
                         "have just entered a cell, velocity otherwise"));
     program.option("--mu", o.mu,
                    help("weight of the force at the end of the step, --method implicit", "", io::between(0.0, 1.0)));
-    program.option("--dt", o.dt,
-                   help("step: a positive number, or auto: the longest stable one for --method explicit, a hundred times that "
-                        "otherwise",
-                        "s"));
-    program.option("--dt-start", o.dt_start, help("first step: a positive number, or auto for --dt", "s"));
+    program.number_or_auto(
+        "--dt", o.dt,
+        help("step, auto: the longest stable one for --method explicit, a hundred times that otherwise", "s", io::positive));
+    program.number_or_auto("--dt-start", o.dt_start, help("first step, auto: --dt", "s", io::positive));
     program.option("--step-growth", o.step_growth, help("largest growth from step to step", "", io::at_least(1.0)));
     program.option("--many-newton", o.many_newton,
                    help("Newton iterations of a step above which the next one is 0.7 times as long", "", io::at_least(1)));
@@ -76,8 +75,8 @@ void declare_solver(io::Program& program, Options& o) {
                    {{"none", LineSearch::none}, {"residual", LineSearch::residual}, {"energy", LineSearch::energy}},
                    help("of the newton solvers: none, on the residual, or on the energy"));
     program.option("--newton-tolerance", o.newton_tolerance, help("on the residual's 2-norm over its scale"));
-    program.option("--linear-tolerance", o.linear_tolerance,
-                   help("relative to the Newton residual: a positive number, or auto for Eisenstat and Walker's forcing"));
+    program.number_or_auto("--linear-tolerance", o.linear_tolerance,
+                           help("relative to the Newton residual, auto: Eisenstat and Walker's forcing", "", io::positive));
     program.option("--krylov-vectors", o.krylov_vectors,
                    help("linear iterations of a Newton step at most", "", io::between(1, 10'000)));
     program.option("--newton-iterations", o.newton_iterations, help("of a step at most", "", io::between(1, 100'000)));

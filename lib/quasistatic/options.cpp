@@ -80,11 +80,12 @@ void declare_time(io::Program& program, Options& o) {
     program.choice("--scheme", o.scheme, scheme_names, help(scheme_meanings));
     program.choice("--step", o.step, {{"fixed", StepChoice::fixed}, {"adaptive", StepChoice::adaptive}},
                    help("fixed steps; or adaptive ones, by the size of the projection or by the error of index-reduced schemes"));
-    program.option("--dt", o.dt, help("fixed step: a positive number, or auto for the paper's 0.5e4 t_s h/L", "s"));
-    program.option(
+    program.number_or_auto("--dt", o.dt, help("fixed step, auto: the paper's 0.5e4 t_s h/L", "s", io::positive));
+    program.number_or_auto(
         "--tolerance", o.tolerance,
         help("adaptive: projection schemes hold Q* near this times (h/L)^2 (auto: 0.001); index-reduced schemes bound the "
-             "error of a step in sigma/s_Y and chi/chi_inf (auto: 1e-4, on fine grids 1e-4 (252 h/L)^3)"));
+             "error of a step in sigma/s_Y and chi/chi_inf (auto: 1e-4, on fine grids 1e-4 (252 h/L)^3)",
+             "", io::positive));
     program.option("--dt-start", o.projection_steps.first_step, help("adaptive projection: first step", "s"));
     program.option("--dt-min", o.projection_steps.smallest_step, help("adaptive projection: smallest step", "s"));
     program.option("--dt-max", o.projection_steps.largest_step, help("adaptive projection: largest step", "s"));
