@@ -5,14 +5,7 @@ set(prefix "${here}/moved away")
 file(REMOVE_RECURSE ${here})
 file(MAKE_DIRECTORY ${here})
 
-function(run)
-  execute_process(COMMAND ${ARGN} RESULT_VARIABLE status OUTPUT_VARIABLE output ERROR_VARIABLE output)
-  if(NOT status EQUAL 0)
-    string(JOIN " " command ${ARGN})
-    message(FATAL_ERROR "${command}\nended with status ${status}:\n${output}")
-  endif()
-  set(output "${output}" PARENT_SCOPE)
-endfunction()
+include(${CMAKE_CURRENT_LIST_DIR}/commands.cmake)
 
 run(${CMAKE_COMMAND} --install ${BUILD_DIR} --prefix ${here}/prefix)
 file(RENAME ${here}/prefix "${prefix}")
@@ -52,3 +45,6 @@ set(expected "fourier solver: u = 32.000000000 in the middle\nvectors agree: tru
 if(NOT output STREQUAL expected)
   message(FATAL_ERROR "the program printed\n${output}\ninstead of\n${expected}")
 endif()
+
+run_to_fail(${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR}/../c_only -B ${here}/c_only -G ${GENERATOR} "-DCMAKE_PREFIX_PATH=${prefix}")
+expect("ductile is a C++ library, and the project c_only has not enabled C")
