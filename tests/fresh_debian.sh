@@ -26,6 +26,7 @@ fi
 
 repository=$(cd -- "$(dirname -- "${BASH_SOURCE[0]}")/.." && pwd)
 root=$(mktemp -d -t "fresh_$release.XXXXXX")
+chmod 755 "$root" # it becomes the / of a user without rights
 
 clean_up() {
     local status=$?
