@@ -4,6 +4,7 @@
 // contact lasts about 3 s, a hundred explicit steps: steps of 0.25 s resolve it, steps of 2.4 s cannot. A few seconds:
 //
 //   ./ductile colliding_disks --dt 0.24 --output out/disks
+#include <ductile/mpm/diagnostics.hpp>
 #include <ductile/mpm/options.hpp>
 
 #include <algorithm>
@@ -37,11 +38,22 @@ Problem make_disks(const DiskOptions& o, const Options& options) {
     problem.curve_y = "total_energy_J";
     problem.label_x = "time [s]";
     problem.label_y = "kinetic and strain energy [J/m]";
-    problem.conclude = [](const io::HistoryTable& history, nlohmann::ordered_json& extra) {
-        const std::vector<double> total = history.column("total_energy_J"), strain = history.column("strain_energy_J");
-        extra["energy_kept"] = total.back() / total.front();
-        extra["largest_strain_energy_J"] = *std::max_element(strain.begin(), strain.end());
-    };
+    const auto energies = [scene = problem.scene](const Observation& seen) { return energies_of(scene, seen.state.particles); };
+    problem.conclusions = {.observe =
+                               [energies](const Observation& seen, Tally& tally) {
+                                   const Energies e = energies(seen);
+                                   tally.try_emplace("kinetic_and_strain_energy_at_start_J", 1, e.kinetic + e.strain);
+                                   double& largest =
+                                       tally.try_emplace("largest_strain_energy_J", 1, e.strain).first->second.front();
+                                   largest = std::max(largest, e.strain);
+                               },
+                           .conclude =
+                               [energies](const Observation& seen, const Tally& tally, nlohmann::ordered_json& extra) {
+                                   const Energies e = energies(seen);
+                                   extra["energy_kept"] =
+                                       (e.kinetic + e.strain) / tally.at("kinetic_and_strain_energy_at_start_J").front();
+                                   extra["largest_strain_energy_J"] = tally.at("largest_strain_energy_J").front();
+                               }};
     return problem;
 }
 

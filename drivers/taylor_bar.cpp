@@ -41,17 +41,18 @@ Problem make_bar(const BarOptions& o, const Options& options) {
     // the outermost particle sits half a particle inside the surface
     const double inset = 0.5 * options.cell_size / options.particles_per_side;
     problem.observables = {
-        {"length_m", [=](const State& state, const TimeStepper&) { return largest(state.particles.y) + inset; }},
-        {"foot_radius_m", [=](const State& state, const TimeStepper&) { return largest(state.particles.x) + inset; }},
-        {"largest_temperature_rise_K",
-         [=](const State& state, const TimeStepper&) { return largest(state.particles.temperature); }}};
+        {"length_m", [=](const Observation& seen) { return largest(seen.state.particles.y) + inset; }},
+        {"foot_radius_m", [=](const Observation& seen) { return largest(seen.state.particles.x) + inset; }},
+        {"largest_temperature_rise_K", [=](const Observation& seen) { return largest(seen.state.particles.temperature); }}};
     problem.curve_x = "time_s";
     problem.curve_y = "length_m";
     problem.label_x = "time [s]";
     problem.label_y = "length [m]";
-    problem.conclude = [](const io::HistoryTable& history, nlohmann::ordered_json& extra) {
-        for (const char* name : {"length_m", "foot_radius_m", "largest_plastic_strain", "largest_temperature_rise_K"})
-            extra[std::string("final_") + name] = history.column(name).back();
+    problem.conclusions.conclude = [=, all = problem.observables](const Observation& seen, const Tally&,
+                                                                  nlohmann::ordered_json& extra) {
+        for (const Observable& observable : all)
+            extra["final_" + observable.name] = observable.value(seen);
+        extra["final_largest_plastic_strain"] = largest(seen.state.particles.internal);
     };
     return problem;
 }

@@ -44,33 +44,29 @@ Problem make_billet(const BilletOptions& o, const Options& options) {
     problem.start.rigid_bodies.push_back(std::move(platen));
 
     const auto largest = [](const aligned_vector<double>& values) { return *std::max_element(values.begin(), values.end()); };
+    const auto load = [](const Observation& seen) { return 2.0 * std::numbers::pi * seen.contact_forces[0][1]; };
     problem.observables = {
-        {"deflection_m", [speed = o.speed](const State& state, const TimeStepper&) { return speed * state.time; }},
-        {"load_N",
-         [](const State& state, const TimeStepper& stepper) {
-             return 2.0 * std::numbers::pi * contact_force(stepper.discretisation(), state.particles, 0)[1];
-         }},
-        {"radius_m", [largest](const State& state, const TimeStepper&) { return largest(state.particles.x); }},
-        {"height_m", [largest](const State& state, const TimeStepper&) { return largest(state.particles.y); }},
-        {"largest_temperature_rise_K",
-         [largest](const State& state, const TimeStepper&) { return largest(state.particles.temperature); }}};
+        {"deflection_m", [speed = o.speed](const Observation& seen) { return speed * seen.state.time; }},
+        {"load_N", load},
+        {"radius_m", [largest](const Observation& seen) { return largest(seen.state.particles.x); }},
+        {"height_m", [largest](const Observation& seen) { return largest(seen.state.particles.y); }},
+        {"largest_temperature_rise_K", [largest](const Observation& seen) { return largest(seen.state.particles.temperature); }}};
     problem.curve_x = "deflection_m";
     problem.curve_y = "load_N";
     problem.label_x = "way of the platen [m]";
     problem.label_y = "load [N]";
-    problem.conclude = [](const io::HistoryTable& history, nlohmann::ordered_json& extra) {
-        const std::vector<double> time = history.column("time_s"), load = history.column("load_N");
-        double sum = 0.0, rows = 0.0;
-        for (std::size_t n_row = 0; n_row < time.size(); ++n_row)
-            if (time[n_row] >= 0.97 * time.back()) {
-                sum += load[n_row];
-                rows += 1.0;
-            }
-        extra["final_load_N"] = load.back();
-        extra["mean_load_of_last_3_percent_N"] = sum / rows;
-        for (const char* name : {"radius_m", "height_m", "largest_plastic_strain"})
-            extra[std::string("final_") + name] = history.column(name).back();
-    };
+    const TrailingMean loads("loads_N", 0.97);
+    problem.conclusions = {
+        .observe = [=](const Observation& seen, Tally& tally) { loads.add(tally, seen.state.time, load(seen)); },
+        .conclude =
+            [=](const Observation& seen, const Tally& tally, nlohmann::ordered_json& extra) {
+                const Particles& particles = seen.state.particles;
+                extra["final_load_N"] = loads.last(tally);
+                extra["mean_load_of_last_3_percent_N"] = loads.mean(tally);
+                extra["final_radius_m"] = largest(particles.x);
+                extra["final_height_m"] = largest(particles.y);
+                extra["final_largest_plastic_strain"] = largest(particles.internal);
+            }};
     return problem;
 }
 

@@ -5,6 +5,7 @@
 // periods take a second:
 //
 //   ./ductile vibrating_bar --method midpoint --output out/vibration
+#include <ductile/mpm/diagnostics.hpp>
 #include <ductile/mpm/options.hpp>
 
 #include <algorithm>
@@ -41,26 +42,42 @@ Problem make_bar(const BarOptions& o, const Options& options) {
     for (std::size_t p = 0; p < particles.size(); ++p)
         particles.velocity_x[p] = o.speed * std::sin(0.5 * std::numbers::pi * particles.x[p] / o.length);
     const double tip = *std::max_element(particles.x.begin(), particles.x.end());
-    problem.observables = {{"tip_displacement_m", [tip](const State& state, const TimeStepper&) {
-                                return *std::max_element(state.particles.x.begin(), state.particles.x.end()) - tip;
-                            }}};
+    const auto tip_way = [tip](const Observation& seen) {
+        return *std::max_element(seen.state.particles.x.begin(), seen.state.particles.x.end()) - tip;
+    };
+    problem.observables = {{"tip_displacement_m", tip_way}};
     problem.curve_x = "time_s";
     problem.curve_y = "tip_displacement_m";
     problem.label_x = "time [s]";
     problem.label_y = "displacement of the tip [m]";
-    problem.conclude = [](const io::HistoryTable& history, nlohmann::ordered_json& extra) {
-        const std::vector<double> time = history.column("time_s"), tip_way = history.column("tip_displacement_m"),
-                                  energy = history.column("total_energy_J");
-        std::vector<double> falls; // the times when the tip passes its place from the right
-        for (std::size_t n_row = 1; n_row < time.size(); ++n_row)
-            if (tip_way[n_row - 1] > 0.0 && tip_way[n_row] <= 0.0)
-                falls.push_back(time[n_row - 1] +
-                                (time[n_row] - time[n_row - 1]) * tip_way[n_row - 1] / (tip_way[n_row - 1] - tip_way[n_row]));
-        if (falls.size() > 1)
-            extra["period_s"] = (falls.back() - falls.front()) / static_cast<double>(falls.size() - 1);
-        extra["largest_tip_displacement_m"] = *std::max_element(tip_way.begin(), tip_way.end());
-        extra["energy_kept"] = energy.back() / energy.front();
+    const auto energy = [scene = problem.scene](const Observation& seen) {
+        const Energies e = energies_of(scene, seen.state.particles);
+        return e.kinetic + e.strain;
     };
+    problem.conclusions = {
+        .observe =
+            [=](const Observation& seen, Tally& tally) {
+                const double time = seen.state.time, way = tip_way(seen);
+                if (tally.try_emplace("kinetic_and_strain_energy_at_start_J").second)
+                    tally["kinetic_and_strain_energy_at_start_J"] = {energy(seen)};
+                std::vector<double>& last = tally.try_emplace("tip_time_and_way", std::vector{time, way, way}).first->second;
+                // the times when the tip passes its place from the right: the first, the last, their number
+                std::vector<double>& falls = tally.try_emplace("tip_falls", 3, 0.0).first->second;
+                if (last[1] > 0.0 && way <= 0.0) {
+                    falls[1] = last[0] + (time - last[0]) * last[1] / (last[1] - way);
+                    falls[0] = falls[2] == 0.0 ? falls[1] : falls[0];
+                    falls[2] += 1.0;
+                }
+                last = {time, way, std::max(last[2], way)};
+            },
+        .conclude =
+            [=](const Observation& seen, const Tally& tally, nlohmann::ordered_json& extra) {
+                const std::vector<double>& falls = tally.at("tip_falls");
+                if (falls[2] > 1.0)
+                    extra["period_s"] = (falls[1] - falls[0]) / (falls[2] - 1.0);
+                extra["largest_tip_displacement_m"] = tally.at("tip_time_and_way")[2];
+                extra["energy_kept"] = energy(seen) / tally.at("kinetic_and_strain_energy_at_start_J").front();
+            }};
     return problem;
 }
 

@@ -84,7 +84,8 @@ TEST_CASE("explicit runs take the paper's numbers of steps") {
     CHECK(summary(folder / "elastic")["steps"] == 2108);
     run_well("plastic_bar", {"--method", "explicit", "--history-every", "100", "--output", folder / "plastic"});
     CHECK(summary(folder / "plastic")["steps"] == 5024);
-    run_well("colliding_disks", {"--method", "explicit", "--dt", "auto", "--history-every", "100", "--output", folder / "disks"});
+    run_well("colliding_disks", {"--method", "explicit", "--dt", "auto", "--history-every", "100", "--snapshots", "0", "--output",
+                                 folder / "disks"});
     CHECK(summary(folder / "disks")["steps"] == 6152);
 }
 
@@ -159,11 +160,105 @@ TEST_CASE("the bar of Taylor's test and the vibrating one end where others found
     run_well("taylor_bar", {"--output", folder / "taylor"});
     const nlohmann::json taylor = summary(folder / "taylor");
     CHECK(taylor["final_length_m"].get<double>() == doctest::Approx(21.45e-3).epsilon(0.005)); // 21.42-21.47 mm in the literature
+    CHECK(taylor["warnings"].empty());
     CHECK(taylor["final_foot_radius_m"].get<double>() == doctest::Approx(7.15e-3).epsilon(0.015)); // 7.1-7.24 mm
     run_well("vibrating_bar", {"--duration", "30", "--output", folder / "vibrating"});
     const nlohmann::json vibrating = summary(folder / "vibrating");
     CHECK(vibrating["period_s"].get<double>() == doctest::Approx(10.0).epsilon(0.001));
     CHECK(vibrating["largest_tip_displacement_m"].get<double>() == doctest::Approx(0.15915).epsilon(0.003));
+}
+
+TEST_CASE("no number of the summary depends on which rows are written; snapshots are at the times asked for") {
+    const scratch::Folder folder;
+    const auto numbers = [&](const std::string& program, const Arguments& how, const std::string& every) {
+        run_well(program, how + Arguments{"--history-every", every, "--output", folder / "run"});
+        nlohmann::json s = summary(folder / "run");
+        s["rows"] = std::ranges::count(scratch::read(folder / "run/history.csv"), '\n') - 1;
+        const Hdf5File fields = Hdf5File::open(folder / "run" / "fields.h5");
+        for (const std::string& snapshot : fields.members("snapshots"))
+            s["times"].push_back(fields.double_attribute("snapshots/" + snapshot, "time_s"));
+        fs::remove_all(folder / "run");
+        return s;
+    };
+    for (const auto& [program, how] : {std::pair<std::string, Arguments>{"colliding_disks", {}},
+                                       {"upsetting", {"--duration", "3e-3"}},
+                                       {"plastic_bar", {"--dt", "0.25"}},
+                                       {"vibrating_bar", {"--duration", "30"}},
+                                       {"taylor_bar", {"--duration", "5e-6"}}}) {
+        CAPTURE(program);
+        const nlohmann::json all = numbers(program, how, "1"), few = numbers(program, how, "100000");
+        CHECK(all["extra"] == few["extra"]);
+        CHECK(all["warnings"] == few["warnings"]);
+        CHECK(all["rows"] == all["steps"].get<int>() + 1); // and the start
+        CHECK(few["rows"] == 2);
+        if (program == "colliding_disks") {
+            CHECK(few["energy_kept"].get<double>() == doctest::Approx(0.37).epsilon(0.02));
+            CHECK(few["times"] == nlohmann::json{0.0, 25.0, 75.0, 100.0, 150.0});
+        }
+        if (program == "upsetting")
+            CHECK(few["times"] == nlohmann::json{0.0, 3e-3});
+    }
+}
+
+TEST_CASE("every method ends its steps at output times, exactly") {
+    const scratch::Folder folder;
+    for (const std::string method : {"explicit", "implicit", "midpoint", "quasi-static"}) {
+        CAPTURE(method);
+        run_well("elastic_bar",
+                 {"--method", method, "--dt", "0.0048", "--snapshots", "0,0.1,0.1000000000000001,0.25,0.30000000000000004,7",
+                  "--duration", "0.3", "--output", folder / "run"});
+        const nlohmann::json s = summary(folder / "run");
+        CHECK(s["simulated_time_s"] == 0.3);
+        CHECK(s["steps"] == 21 + 32 + 11); // 0.1, 0.15 and 0.05 s
+        const Hdf5File fields = Hdf5File::open(folder / "run" / "fields.h5");
+        std::vector<double> times;
+        for (const std::string& snapshot : fields.members("snapshots"))
+            times.push_back(fields.double_attribute("snapshots/" + snapshot, "time_s"));
+        REQUIRE(times.size() == 4);
+        CHECK(times[0] == 0.0);
+        CHECK(times[1] == doctest::Approx(0.1).epsilon(1e-14));
+        CHECK(times[2] == 0.25);
+        CHECK(times[3] == 0.3);
+        fs::remove_all(folder / "run");
+    }
+}
+
+TEST_CASE("the programs' own runs are not doubted; what is doubtful is said with its figure") {
+    const scratch::Folder folder;
+    const auto warnings = [&](const std::string& program, const Arguments& how) {
+        run_well(program, how + Arguments{"--output", folder / "run"});
+        std::string all;
+        const nlohmann::json s = summary(folder / "run");
+        for (const auto& warning : s["warnings"])
+            all += warning.get<std::string>() + "\n";
+        fs::remove_all(folder / "run");
+        return all;
+    };
+    for (const char* program : {"elastic_bar", "plastic_bar", "colliding_disks", "upsetting", "vibrating_bar"}) {
+        CAPTURE(program);
+        CHECK(warnings(program, {}) == "");
+    }
+    CHECK(warnings("elastic_bar", {"--method", "explicit"}) == "");
+    const std::string soft = warnings("upsetting", {"--young-modulus", "200", "--method", "quasi-static", "--duration", "1e-3"});
+    CHECK(contains(soft, "the material has Young's modulus 200 Pa at a density of 7800 kg/m^3"));
+    CHECK(contains(soft, "3.5e+06 times Young's modulus"));
+    for (const Arguments& how : {Arguments{"--method", "implicit"}, {"--method", "quasi-static"}, {"--shape", "gimp"}}) {
+        CAPTURE(how);
+        CHECK(contains(warnings("plastic_bar", how + Arguments{"--yield-stress", ".06", "--hardening", "0"}),
+                       "the particles lock"));
+    }
+    CHECK(contains(warnings("elastic_bar", {"--poisson-ratio", "0.49"}), "the particles lock"));
+    CHECK(warnings("plastic_bar", {"--yield-stress", ".06", "--hardening", "0", "--particles-per-side", "1"}) == "");
+
+    const Outcome header = run("elastic_bar", {"--dt", "0.5", "--output", folder / "run"});
+    CHECK(contains(header.output, "material  E = 1000 Pa, nu = 0.3, rho = 10 kg/m^3, wave speed 11.6 m/s"));
+}
+
+TEST_CASE("times and speeds out of all proportion end a run and do not stall it") {
+    const scratch::Folder folder;
+    const Outcome outcome = run("elastic_bar", {"--speed", "1e300", "--output", folder / "run"});
+    CHECK(outcome.status == 2);
+    CHECK(contains(outcome.errors, "the rigid body 'grip' would cross 1.02e+302 cells of the grid in the run"));
 }
 
 TEST_CASE("wrong options end with status 2 and a message, and leave nothing behind") {
@@ -248,7 +343,7 @@ TEST_CASE("a checkpoint that does not fit is refused") {
     run_well("elastic_bar", {"--dt", "0.5", "--output", folder / "run"});
     const fs::path checkpoint = folder / "run/checkpoint.h5";
     for (const auto& [arguments, message] :
-         {std::pair{Arguments{}, std::string("the checkpoint is at t = 10.5 s already")},
+         {std::pair{Arguments{}, std::string("the checkpoint is at t = 10.2 s already")},
           {Arguments{"--cell-size", "0.05", "--duration", "20"}, "the checkpoint has 36 particles, the scene 144"}}) {
         const Outcome outcome = run("elastic_bar", Arguments{"--restart", checkpoint} + arguments);
         CAPTURE(outcome.errors);
@@ -259,33 +354,38 @@ TEST_CASE("a checkpoint that does not fit is refused") {
 }
 
 TEST_CASE("a restart of a restart gives the bits of the uninterrupted run, for every program") {
-    const auto compare = [](const std::string& program, const std::vector<std::string>& durations, const Arguments& how) {
+    const auto compare = [](const std::string& program, const std::vector<std::string>& durations, const Arguments& how,
+                            const std::string& snapshots = "") {
         CAPTURE(program);
         CAPTURE(how);
         const scratch::Folder folder;
-        run_well(program, how + Arguments{"--duration", durations[2], "--output", folder / "whole"});
-        run_well(program, how + Arguments{"--duration", durations[0], "--output", folder / "parts"});
+        // the whole run ends a step where the parts begin
+        const std::string joints = durations[0] + "," + durations[1] + (snapshots.empty() ? "" : ",") + snapshots;
+        const Arguments scene = how + Arguments{"--snapshots", joints};
+        run_well(program, scene + Arguments{"--duration", durations[2], "--output", folder / "whole"});
+        run_well(program, scene + Arguments{"--duration", durations[0], "--output", folder / "parts"});
         for (std::size_t k : {1, 2})
             run_well(program, {"--restart", folder / "parts/checkpoint.h5", "--duration", durations[k]});
         CHECK(result_in(folder / "parts", program) == result_in(folder / "whole", program));
         CHECK(result_in(folder / "parts", program).counters["step"] > 3);
+        CHECK(summary(folder / "parts")["extra"] == summary(folder / "whole")["extra"]);
+        CHECK(summary(folder / "parts")["warnings"] == summary(folder / "whole")["warnings"]);
     };
     const std::vector<std::string> bar{"3", "5", "8"};
     for (const Arguments& how : {Arguments{"--method", "explicit"}, {"--dt", "0.5", "--dt-start", "0.01"}})
-        compare("elastic_bar", bar, how + Arguments{"--snapshots", "0,4,6"});
+        compare("elastic_bar", bar, how, "0,4,6");
     for (const Arguments& how :
          {Arguments{}, {"--solver", "kinsol-gmres"}, {"--form", "momentum"}, {"--geometry", "plane-stress"}})
-        compare("plastic_bar", bar, how + Arguments{"--dt", "0.25", "--snapshots", "4"});
-    compare("colliding_disks", {"66", "69", "72"}, {"--dt", "0.5", "--snapshots", "70"});
-    compare("colliding_disks", {"66", "69", "72"},
-            {"--method", "explicit", "--dt", "auto", "--history-every", "7", "--snapshots", "70"});
-    compare("upsetting", {"6e-4", "1.2e-3", "2e-3"}, {"--dt", "1e-4", "--snapshots", "1e-3"});
-    compare("upsetting", {"6e-4", "1.2e-3", "2e-3"},
-            {"--dt", "3e-4", "--krylov-vectors", "8", "--preconditioner", "diagonal", "--snapshots", "1e-3"});
+        compare("plastic_bar", bar, how + Arguments{"--dt", "0.25"}, "4");
+    compare("colliding_disks", {"66", "69", "72"}, {"--dt", "0.5"}, "70");
+    compare("colliding_disks", {"66", "69", "72"}, {"--method", "explicit", "--dt", "auto"}, "70");
+    compare("upsetting", {"6e-4", "1.2e-3", "2e-3"}, {"--dt", "1e-4"}, "1e-3");
+    compare("upsetting", {"6e-4", "1.2e-3", "2e-3"}, {"--dt", "3e-4", "--krylov-vectors", "8", "--preconditioner", "diagonal"},
+            "1e-3");
     // stopped once before contact and once in the ramp after it
     compare("upsetting", {"2e-4", "4e-4", "7e-4"}, {"--dt", "1e-4", "--dt-start", "2e-5", "--many-newton", "4"});
     compare("vibrating_bar", {"3", "5", "8"}, {"--dt", "0.2"});
-    compare("taylor_bar", {"4e-6", "8e-6", "12e-6"}, {"--snapshots", "6e-6", "--history-every", "1"});
+    compare("taylor_bar", {"4e-6", "8e-6", "12e-6"}, {"--history-every", "1"}, "6e-6");
 }
 
 TEST_CASE("an interrupted run ends with status 130, and goes on as if it had never stopped") {

@@ -23,9 +23,13 @@ State scene() {
     return state;
 }
 
+constexpr double never = 1e300;
+
 /// Takes a step as a run does.
-StepControl::Step take(StepControl& control, State& state, int newton_iterations = 3, bool touching = false) {
-    const StepControl::Step step = control.next(state);
+StepControl::Step take(StepControl& control, State& state, int newton_iterations = 3, bool touching = false,
+                       double output_time = never) {
+    const StepControl::Step step = control.next(state, output_time);
+    state.time = step.lands ? output_time : state.time + step.dt;
     move_rigid_bodies(state.rigid_bodies, step.dt);
     control.accepted(step, newton_iterations, std::vector<std::int64_t>(state.rigid_bodies.size(), touching ? 1 : 0));
     return step;
@@ -47,7 +51,7 @@ TEST_CASE("steps end where a rigid body reaches new nodes, and grow anew from th
     CHECK(step.planned == 0.03);
     CHECK(state.rigid_bodies[0].y.front() < 0.8);
     CHECK(state.rigid_bodies[0].y.front() > 0.8 - 1e-9);
-    CHECK(control.next(state).dt == 0.01);
+    CHECK(control.next(state, never).dt == 0.01);
 
     // in contact only where a cell takes many steps, or less than two
     StepControl later({.target = 0.03, .first = 0.03, .grid = grid, .ends_at_contact = true});
@@ -75,7 +79,7 @@ TEST_CASE("of several rigid bodies the first event counts, and each has a first 
             y += 5e-4; // its event comes so soon after the other's that a step could be stretched to it
         state.rigid_bodies.insert(swapped ? state.rigid_bodies.begin() : state.rigid_bodies.end(), later);
         StepControl control({.target = 0.08, .first = 0.08, .grid = grid, .ends_at_contact = true});
-        CHECK(control.next(state).dt == doctest::Approx(0.075));
+        CHECK(control.next(state, never).dt == doctest::Approx(0.075));
     }
     State state = scene(); // an anvil at rest that holds nodes from the beginning
     state.rigid_bodies.push_back({.name = "anvil", .x = {0.05}, .y = {0.05}});
@@ -83,7 +87,7 @@ TEST_CASE("of several rigid bodies the first event counts, and each has a first 
     control.restore({.next = 0.03, .touching = {0, 1}});
     for (int n = 0; n < 2; ++n)
         control.accepted(take(control, state), 3, std::vector<std::int64_t>{0, 1});
-    const StepControl::Step step = control.next(state);
+    const StepControl::Step step = control.next(state, never);
     CHECK(step.limit == "contact");
     CHECK(step.first_contact);
 }
@@ -92,8 +96,8 @@ TEST_CASE("at first contact the steps begin anew, but never longer than they wer
     State state = scene();
     StepControl control({.target = 0.08, .first = 0.08, .grid = grid, .ends_at_contact = true, .many_newton_iterations = 20});
     CHECK(take(control, state, 25).limit == "contact");
-    CHECK(control.next(state).dt == doctest::Approx(0.7 * 0.08));
-    CHECK(control.next(state).limit == "Newton iterations");
+    CHECK(control.next(state, never).dt == doctest::Approx(0.7 * 0.08));
+    CHECK(control.next(state, never).limit == "Newton iterations");
 }
 
 TEST_CASE("from where a step ends at contact the body holds new nodes, with every shape function") {
@@ -109,8 +113,8 @@ TEST_CASE("from where a step ends at contact the body holds new nodes, with ever
         const auto discretisation = make_discretisation(scene);
         const auto touching = [&] {
             discretisation->prepare(state.particles, state.rigid_bodies);
-            const auto& holders = discretisation->nodes().rigid_body;
-            return std::any_of(holders.begin(), holders.end(), [](std::int32_t body) { return body >= 0; });
+            const auto& holds = discretisation->nodes().holds;
+            return std::any_of(holds.begin(), holds.end(), [](const Hold& hold) { return hold.holder >= 0; });
         };
         StepControl::Step step;
         for (int n = 0; n < 30 && !touching(); ++n)
@@ -143,23 +147,84 @@ TEST_CASE("new nodes of bodies with several leading points, and for wider points
 TEST_CASE("no rigid body travels a cell, a failure halves the step, and many Newton iterations shorten the next") {
     State state = scene();
     StepControl control({.target = 0.5, .first = 0.5, .growth = 1.2, .grid = grid, .many_newton_iterations = 20});
-    const StepControl::Step step = control.next(state);
+    const StepControl::Step step = control.next(state, never);
     CHECK(step.limit == "rigid travel");
     CHECK(step.dt == doctest::Approx(0.099));
     CHECK(control.failed(step));
-    CHECK(control.next(state).dt == doctest::Approx(0.0495));
-    CHECK(control.next(state).limit == "failed step");
+    CHECK(control.next(state, never).dt == doctest::Approx(0.0495));
+    CHECK(control.next(state, never).limit == "failed step");
     take(control, state, 3);
-    CHECK(control.next(state).dt == doctest::Approx(1.2 * 0.0495));
+    CHECK(control.next(state, never).dt == doctest::Approx(1.2 * 0.0495));
     take(control, state, 15);
-    CHECK(control.next(state).dt == doctest::Approx(1.2 * 0.0495));
+    CHECK(control.next(state, never).dt == doctest::Approx(1.2 * 0.0495));
     take(control, state, 21);
-    CHECK(control.next(state).limit == "Newton iterations");
-    CHECK(control.next(state).dt == doctest::Approx(0.7 * 1.2 * 0.0495));
+    CHECK(control.next(state, never).limit == "Newton iterations");
+    CHECK(control.next(state, never).dt == doctest::Approx(0.7 * 1.2 * 0.0495));
     int halvings = 0;
-    while (control.failed(control.next(state)))
+    while (control.failed(control.next(state, never)))
         ++halvings;
     CHECK(halvings > 20);
+}
+
+TEST_CASE("steps end at output times, and go on as if they had not been cut") {
+    State state;
+    StepControl control({.target = 0.1, .first = 0.1, .grid = grid});
+    for (const auto& [output, steps] : {std::pair{0.25, 3}, {0.3, 1}, {0.7, 4}, {0.70000000001, 1}}) {
+        int taken = 0;
+        StepControl::Step step;
+        do {
+            step = take(control, state, 3, false, output);
+            ++taken;
+            CHECK(step.lands == (taken == steps));
+            CHECK((step.lands || step.dt == 0.1));
+            REQUIRE(taken < 10);
+        } while (!step.lands);
+        CHECK(taken == steps);
+        CHECK(state.time == output); // to the bit
+        CHECK(step.limit == (steps == 4 ? "--dt" : "output time"));
+    }
+    CHECK(control.next(state, never).dt == 0.1);
+
+    // a ramp goes on from the step that was planned
+    StepControl ramp({.target = 1.0, .first = 0.1, .growth = 2.0, .grid = grid});
+    state.time = 0.0;
+    CHECK(take(ramp, state, 3, false, 0.01).dt == doctest::Approx(0.01));
+    CHECK(ramp.next(state, never).dt == doctest::Approx(0.2));
+    CHECK(ramp.next(state, never).limit == "ramp");
+    // many Newton iterations and failures shorten what follows, landing or not
+    CHECK(take(ramp, state, 31, false, 0.02).dt == doctest::Approx(0.01));
+    CHECK(ramp.next(state, never).dt == doctest::Approx(0.7 * 0.2));
+    CHECK(ramp.failed(ramp.next(state, 0.03)));
+    CHECK(ramp.next(state, never).dt == doctest::Approx(0.005));
+}
+
+TEST_CASE("sums of steps that miss an output time by round-off make no sliver of a step") {
+    for (const double dt : {0.1, 0.24, 1.0 / 3.0, 1e-7, 9.5585e-8}) {
+        State state;
+        StepControl control({.target = dt, .first = dt, .grid = grid});
+        const int count = 20'000;
+        const double end = count * dt;
+        int steps = 0;
+        for (bool lands = false; !lands; ++steps)
+            lands = take(control, state, 3, false, end).lands;
+        CHECK(steps == count);
+        CHECK(state.time == end);
+    }
+}
+
+TEST_CASE("of an output time and a contact the earlier ends the step") {
+    State state = scene(); // contact after 0.075 s
+    StepControl control({.target = 0.08, .first = 0.08, .grid = grid, .ends_at_contact = true});
+    StepControl::Step step = control.next(state, 0.05);
+    CHECK(step.lands);
+    CHECK(step.dt == doctest::Approx(0.05));
+    CHECK_FALSE(step.first_contact);
+    take(control, state, 3, false, 0.05);
+    step = control.next(state, 0.09);
+    CHECK_FALSE(step.lands);
+    CHECK(step.limit == "contact");
+    CHECK(step.dt == doctest::Approx(0.025));
+    CHECK(step.first_contact);
 }
 
 TEST_SUITE_END();

@@ -28,6 +28,9 @@ public:
     DruckerPrager(const IsotropicElasticity& elasticity, const DruckerPragerParameters& parameters);
 
     [[nodiscard]] const IsotropicElasticity& elasticity() const { return elasticity_; }
+    /// The equivalent stress of von Mises at yield without mean stress.
+    [[nodiscard]] double yield_stress(double internal) const { return parameters_.cohesion + parameters_.hardening * internal; }
+
     [[nodiscard]] StressReturn correct(const SymmetricTensor& trial, double internal, double) const;
     [[nodiscard]] Tangent tangent(const SymmetricTensor& trial, double internal, double) const;
 

@@ -24,6 +24,9 @@ public:
 
     [[nodiscard]] const IsotropicElasticity& elasticity() const { return elasticity_; }
 
+    /// The equivalent stress of von Mises at yield.
+    [[nodiscard]] double yield_stress(double internal) const { return std::sqrt(3.0) * model_.yield_stress(internal); }
+
     [[nodiscard]] StressReturn correct(const SymmetricTensor& trial, double internal, double dt) const {
         const SymmetricTensor s = deviator(trial);
         const double magnitude = std::sqrt(0.5 * contraction(s, s));

@@ -7,14 +7,21 @@
 
 namespace ductile::mpm {
 
+/// Who prescribes a component of a node's velocity: a rigid body by its number in the list, or a side of the grid.
+enum Side : std::int32_t { left_side = -1, right_side = -2, bottom_side = -3, top_side = -4 };
+struct Hold {
+    std::int32_t component;
+    std::int32_t holder;
+};
+
 /// The nodes that carry mass in this step, numbered from 0 row by row. Vectors over nodes hold x and y components in turn.
 struct ActiveNodes {
     int lattice_width = 0, lattice_height = 0;
-    std::vector<std::int32_t> lattice;    ///< place of each active node on the lattice of all nodes, row by row
-    aligned_vector<double> mass;          ///< m_i (2.2.12), one a node
-    aligned_vector<double> velocity;      ///< v^k of (2.2.14), prescribed values where the velocity is prescribed
-    std::vector<char> prescribed;         ///< whether a component is, by a side of the grid or a rigid body
-    std::vector<std::int32_t> rigid_body; ///< number of the rigid body that touches the node, or -1
+    std::vector<std::int32_t> lattice; ///< place of each active node on the lattice of all nodes, row by row
+    aligned_vector<double> mass;       ///< m_i (2.2.12), one a node
+    aligned_vector<double> velocity;   ///< v^k of (2.2.14), prescribed values where the velocity is prescribed
+    std::vector<char> prescribed;      ///< how many rigid bodies and sides of the grid prescribe a component
+    std::vector<Hold> holds;           ///< which they are
 
     [[nodiscard]] std::size_t count() const { return mass.size(); }
     [[nodiscard]] std::size_t components() const { return velocity.size(); }

@@ -37,26 +37,24 @@ Problem make_bar(const BarOptions& bar, const Options& options, const Material& 
 
     constexpr double length = 0.3;
     const double rate = (bar.direction == BarDirection::tension ? bar.speed : -bar.speed) / length;
-    const auto axial = [](const State& state) -> const aligned_vector<double>& { return state.particles.stress_xx; };
+    const auto axial = [](const Observation& seen) -> const aligned_vector<double>& { return seen.state.particles.stress_xx; };
     problem.observables = {
-        {"nominal_strain", [rate](const State& state, const TimeStepper&) { return rate * state.time; }},
+        {"nominal_strain", [rate](const Observation& seen) { return rate * seen.state.time; }},
         {"mean_stress_xx_Pa",
-         [axial](const State& state, const TimeStepper&) {
-             const auto& stress = axial(state);
+         [axial](const Observation& seen) {
+             const auto& stress = axial(seen);
              return std::accumulate(stress.begin(), stress.end(), 0.0) / static_cast<double>(stress.size());
          }},
-        {"smallest_stress_xx_Pa",
-         [axial](const State& state, const TimeStepper&) { return *std::min_element(axial(state).begin(), axial(state).end()); }},
-        {"largest_stress_xx_Pa", [axial](const State& state, const TimeStepper&) {
-             return *std::max_element(axial(state).begin(), axial(state).end());
-         }}};
+        {"smallest_stress_xx_Pa", [axial](const Observation& seen) { return *std::ranges::min_element(axial(seen)); }},
+        {"largest_stress_xx_Pa", [axial](const Observation& seen) { return *std::ranges::max_element(axial(seen)); }}};
     problem.curve_x = "nominal_strain";
     problem.curve_y = "mean_stress_xx_Pa";
     problem.label_x = "nominal strain";
     problem.label_y = "mean axial stress [Pa]";
-    problem.conclude = [](const io::HistoryTable& history, nlohmann::ordered_json& extra) {
-        for (const char* name : {"nominal_strain", "mean_stress_xx_Pa", "smallest_stress_xx_Pa", "largest_stress_xx_Pa"})
-            extra[std::string("final_") + name] = history.column(name).back();
+    problem.conclusions.conclude = [all = problem.observables](const Observation& seen, const Tally&,
+                                                               nlohmann::ordered_json& extra) {
+        for (const Observable& observable : all)
+            extra["final_" + observable.name] = observable.value(seen);
     };
     return problem;
 }

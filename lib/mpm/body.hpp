@@ -22,13 +22,16 @@ struct Body {
     int material = 0; ///< number of its law in the scene
     double density = 0.0;
     double velocity_x = 0.0, velocity_y = 0.0;
-    int particles_per_side = 2; ///< of a cell: four particles a cell by default
-    double internal = 0.0;      ///< initial value of its law's internal variable (an effective temperature is not zero)
+    int particles_per_side = 2;  ///< of a cell: four particles a cell by default
+    double internal = 0.0;       ///< initial value of its law's internal variable (an effective temperature is not zero)
+    std::string name = "a body"; ///< for messages
 };
 
 /// Adds the particles of a body: trial points evenly spaced in every cell of the grid, kept where they lie in the shape, each
-/// with the mass of its share of the cell (2.2.2), times its radius in axisymmetry. Throws InputError when there is none, or when
-/// the density or the number of particles a cell is impossible.
+/// with the mass of its share of the cell (2.2.2), times its radius in axisymmetry. All must lie in the grid: throws InputError,
+/// with the extents of both, for a shape that crosses its edge (looked for as far beyond a side as the grid is wide or high), but
+/// where what lies beyond is the mirror image of what lies within, at a side that slips (a plane of symmetry) or at the axis.
+/// Throws InputError, too, when there is no particle, or when density, velocity or the number of particles a cell is impossible.
 void add_body(Particles& particles, const Body& body, const Grid& grid, Geometry geometry);
 
 /// A rigid body: it moves with a given constant velocity, and every node that one of its points touches moves with it.
@@ -39,7 +42,8 @@ struct RigidBody {
     std::vector<double> x = {}, y = {};  ///< its points
 };
 
-/// The points of a rigid body, from trial points as in add_body. Throws InputError when there is none.
+/// The points of a rigid body, from trial points as in add_body. They may lie outside the grid, as far beyond a side as the grid
+/// is wide or high, and hold nodes once they come in. Throws InputError when there is none.
 [[nodiscard]] RigidBody make_rigid_body(const std::string& name, const Shape& shape, int particles_per_side, const Grid& grid);
 
 } // namespace ductile::mpm

@@ -13,9 +13,27 @@ struct Energies {
 
 [[nodiscard]] Energies energies_of(const Scene& scene, const Particles& particles);
 
-/// The number of cells without particles between two cells, to the left and right or below and above, that have some: there a
-/// body has come apart because its particles are too few for its strain, and not because it broke (numerical fracture). Two
-/// bodies that are a cell apart count, too.
-[[nodiscard]] int enclosed_empty_cells(const Grid& grid, const Particles& particles);
+/// How the cells that hold particles hang together, each body by itself: a body that has come apart, or has got holes, because
+/// its particles are too few for its strain and not because it broke (numerical fracture). Bodies beside each other do not count.
+struct Connectivity {
+    int parts = 0;                ///< pieces of all bodies: cells that touch, at a corner at least, belong together
+    int holes = 0;                ///< places without particles of a body that lead nowhere but into it, counted over all bodies
+    int enclosed_empty_cells = 0; ///< cells without particles between two, left and right or below and above, of one body
+};
+
+[[nodiscard]] Connectivity connectivity_of(const Grid& grid, const Particles& particles);
+
+/// Root mean squares over all particles, by volume [Pa].
+struct PressureOscillation {
+    double pressure =
+        0.0; ///< of the part of -tr(sigma)/3 that its cell's mean and slope (from the cells beside it) do not explain
+    double equivalent = 0.0; ///< of the equivalent stress of von Mises
+};
+
+/// How far the mean stress of neighbouring particles is from a smooth field. Volumetric locking makes it alternate from particle
+/// to particle, without bound as the deformation becomes incompressible, while the equivalent stress stays: in sound runs the
+/// first is up to 1.4 times the second (steel pressed to 40 % of its height), at Poisson's ratio 0.49 on a coarse grid 3.6 times,
+/// at 0.4999 or in perfectly plastic flow hundreds of times.
+[[nodiscard]] PressureOscillation pressure_oscillation(const Grid& grid, const Particles& particles);
 
 } // namespace ductile::mpm

@@ -47,7 +47,8 @@ public:
     virtual ~Discretisation() = default;
 
     /// Weights, active nodes, masses (2.2.12), mapped velocities (2.2.14), prescribed components. May sort the particles.
-    /// Throws RunError for a particle outside the grid.
+    /// Throws RunError for a particle outside the grid, and for a node that two rigid bodies, or a body and a side, hold at
+    /// different velocities.
     virtual void prepare(Particles& particles, std::span<const RigidBody> rigid_bodies) = 0;
     [[nodiscard]] virtual const ActiveNodes& nodes() const = 0;
 

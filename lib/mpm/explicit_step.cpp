@@ -60,17 +60,4 @@ double explicit_step_size(const Scene& scene, const Particles& particles, double
     return safety * scene.grid.smallest_spacing() / largest_wave_speed(scene, particles);
 }
 
-std::array<double, 2> contact_force(const Discretisation& discretisation, const Particles& particles, int body) {
-    const ActiveNodes& nodes = discretisation.nodes();
-    aligned_vector<double> force(nodes.components());
-    discretisation.internal_force(particles, force);
-    std::array<double, 2> sum{};
-    for (std::size_t n = 0; n < nodes.count(); ++n)
-        if (nodes.rigid_body[n] == body) {
-            sum[0] += force[2 * n];
-            sum[1] += force[2 * n + 1];
-        }
-    return sum;
-}
-
 } // namespace ductile::mpm

@@ -3,8 +3,8 @@
 #include <ductile/mpm/discretisation.hpp>
 #include <ductile/mpm/state.hpp>
 
-#include <array>
 #include <memory>
+#include <span>
 
 namespace ductile::mpm {
 
@@ -29,6 +29,8 @@ public:
     void advance(State& state, double dt);
 
     [[nodiscard]] const Discretisation& discretisation() const { return *discretisation_; }
+    /// f^k + b of the last step, at all nodes.
+    [[nodiscard]] std::span<const double> force() const { return force_; }
 
 private:
     void check_travel(const State& state, std::span<const double> velocity, double dt) const;
@@ -41,9 +43,5 @@ private:
 
 /// The longest stable explicit step by the paper's measure: safety times the cell width over sqrt(E/rho) (0.48: Table I).
 [[nodiscard]] double explicit_step_size(const Scene& scene, const Particles& particles, double safety);
-
-/// The force of the particles on rigid body number `body`: minus what that body exerts on its nodes, the sum of the internal
-/// forces there, at the instant of discretisation.prepare() with the particles' present stress.
-[[nodiscard]] std::array<double, 2> contact_force(const Discretisation& discretisation, const Particles& particles, int body);
 
 } // namespace ductile::mpm

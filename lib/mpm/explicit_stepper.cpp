@@ -16,6 +16,7 @@ public:
         return {.accepted = true};
     }
     [[nodiscard]] const Discretisation& discretisation() const override { return step_.discretisation(); }
+    [[nodiscard]] std::span<const double> force() override { return step_.force(); }
     [[nodiscard]] SolverCounts counts() const override { return {}; }
     [[nodiscard]] PhaseSeconds phase_seconds() const override { return {{"steps", seconds_}}; }
     [[nodiscard]] std::size_t memory_bytes() const override { return step_.discretisation().memory_bytes(); }

@@ -6,6 +6,11 @@
 
 namespace ductile::mpm {
 
+bool contains(const Grid& g, double x, double y) {
+    const double cx = (x - g.left) * (1.0 / g.dx()), cy = (y - g.bottom) * (1.0 / g.dy());
+    return cx >= 0.0 && cx <= g.cells_x && cy >= 0.0 && cy <= g.cells_y;
+}
+
 void check(const Grid& g, Geometry geometry) {
     constexpr int largest = 20'000;
     if (g.cells_x < 3 || g.cells_y < 3 || g.cells_x > largest || g.cells_y > largest)
@@ -14,6 +19,12 @@ void check(const Grid& g, Geometry geometry) {
     if (!(g.width > 0.0 && g.height > 0.0 && std::isfinite(g.width) && std::isfinite(g.height)))
         throw InputError(
             fmt::format("the background grid is {} x {} m: both extents must be positive and finite", g.width, g.height));
+    constexpr double finest = 1e-10; // of the distance from the origin: edges of cells are found to 1e-12 of a cell or so
+    if (!(g.dx() > finest * std::abs(g.left) && g.dy() > finest * std::abs(g.bottom)))
+        throw InputError(
+            fmt::format("the background grid has its corner at ({}, {}) m: it must be finite, and not so far away that "
+                        "cells of {:.3g} x {:.3g} m vanish in round-off",
+                        g.left, g.bottom, g.dx(), g.dy()));
     if (geometry == Geometry::axisymmetric && !(g.left >= 0.0))
         throw InputError(fmt::format("the background grid begins at the radius {} m: it must not be negative", g.left));
 }

@@ -34,8 +34,11 @@ struct Grid {
     [[nodiscard]] double smallest_spacing() const { return dx() < dy() ? dx() : dy(); }
 };
 
-/// Throws InputError unless there are 3 to 20000 cells each way, the extents are positive and finite, and an axisymmetric grid
-/// begins at a radius of zero or more.
+/// Whether a point lies in the grid, its edge included.
+[[nodiscard]] bool contains(const Grid& grid, double x, double y);
+
+/// Throws InputError unless there are 3 to 20000 cells each way, the extents are positive and finite, the place is finite and not
+/// so far from the origin that cells vanish in round-off, and an axisymmetric grid begins at a radius of zero or more.
 void check(const Grid& grid, Geometry geometry);
 
 } // namespace ductile::mpm

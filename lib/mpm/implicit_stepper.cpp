@@ -101,6 +101,11 @@ public:
     }
 
     [[nodiscard]] const Discretisation& discretisation() const override { return balance_.discretisation(); }
+    [[nodiscard]] std::span<const double> force() override {
+        force_.resize(balance_.size());
+        balance_.force_at_end(force_);
+        return force_;
+    }
     [[nodiscard]] SolverCounts counts() const override { return counts_; }
     [[nodiscard]] PhaseSeconds phase_seconds() const override {
         return {{"weights", seconds_[0]}, {"solver", seconds_[1]}, {"particles", seconds_[2]}};
@@ -178,7 +183,7 @@ private:
     Preconditioner preconditioner_;
     NewtonKrylov newton_;
     sundials::KinsolSolver kinsol_;
-    aligned_vector<double> unknown_, residual_;
+    aligned_vector<double> unknown_, residual_, force_;
     SolverCounts counts_;
     double seconds_[3] = {};
 };

@@ -107,4 +107,10 @@ NodalMotion MomentumBalance::motion(std::span<const double> u) {
     return {motion_, velocity_, increment_, !inertia(), dt_};
 }
 
+void MomentumBalance::force_at_end(std::span<double> force) {
+    discretisation_->internal_force(state_->particles, force);
+    for (std::size_t c = 0; c < force.size(); ++c)
+        force[c] = scheme_.mu * force[c] + known_[c] / dt_;
+}
+
 } // namespace ductile::mpm

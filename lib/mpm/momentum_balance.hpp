@@ -56,6 +56,9 @@ public:
     /// The nodes' part of the end of the step; it refers to memory of this object.
     [[nodiscard]] NodalMotion motion(std::span<const double> u);
 
+    /// (1 - mu) f^k + mu f^L + b with the stress of the particles that motion() has moved.
+    void force_at_end(std::span<double> force);
+
     [[nodiscard]] const Discretisation& discretisation() const { return *discretisation_; }
     [[nodiscard]] Discretisation& discretisation() { return *discretisation_; }
     [[nodiscard]] const ActiveNodes& nodes() const { return discretisation_->nodes(); }

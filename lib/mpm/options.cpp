@@ -92,10 +92,11 @@ void declare_run(io::Program& program, Options& o) {
     const auto help = [](std::string meaning, std::string units = {}, io::Limits allowed = io::positive) {
         return io::OptionHelp{"Run", std::move(meaning), std::move(units), allowed};
     };
-    program.option("--duration", o.duration, help("steps are taken until this time is reached", "s"));
+    program.option("--duration", o.duration, help("the end of the run; a step ends there", "s"));
     program.option("--snapshots", o.snapshots,
-                   help("times of the snapshots in fields.h5: t1,t2,...; taken at the first step there", "s", io::not_negative));
-    program.option("--history-every", o.history_every, help("rows of history.csv: every n-th step", "", io::at_least(1)));
+                   help("times of the snapshots in fields.h5: t1,t2,...; a step ends at each", "s", io::not_negative));
+    program.option("--history-every", o.history_every,
+                   help("rows of history.csv: the start, every n-th step, and the end", "", io::at_least(1)));
 }
 
 double number_or_auto(const std::string& text, const char* option, double automatic) {
@@ -217,7 +218,11 @@ RunOptions make_run_options(const Options& o, const State& start) {
         throw InputError(
             fmt::format("--duration {}: the checkpoint is at t = {:.6g} s already: a longer --duration goes on from there",
                         o.duration, start.time));
-    return {.duration_s = o.duration, .snapshots_s = o.snapshots, .history_every = o.history_every};
+    const bool long_steps = o.method != Method::explicit_steps;
+    return {.duration_s = o.duration,
+            .snapshots_s = o.snapshots,
+            .history_every = o.history_every,
+            .monitor = {.every = long_steps ? 1 : 32, .inertia = o.method != Method::quasi_static}};
 }
 
 std::string describe(const Options& o, const Scene& scene, const State& start, const StepControl& control,
@@ -228,33 +233,41 @@ std::string describe(const Options& o, const Scene& scene, const State& start, c
     std::size_t rigid = 0;
     for (const RigidBody& body : start.rigid_bodies)
         rigid += body.x.size();
-    std::string locking;
-    if (const double poisson = largest_poisson_ratio(scene); poisson > 0.45)
-        locking = fmt::format(
-            "note      Poisson's ratio {:.4g}: near 0.5 the particles lock, stress and stiffness come out too large\n", poisson);
+    std::string materials;
+    for (const MaterialNumbers& numbers : material_numbers(scene, start.particles, start.rigid_bodies))
+        materials += fmt::format("material  {}\n", describe(numbers));
     return fmt::format("grid      {} x {} cells of {:g} m, {}, {} shape functions\n"
-                       "particles {} deformable, {} rigid; {} material{}, {}\n"
+                       "particles {} deformable, {} rigid; {}\n"
+                       "{}"
                        "method    {}, {} form; dt = {:.6g} s ({:.3g} times the stable explicit step), {:.6g} s to go\n"
-                       "memory    about {:.0f} MB\n{}",
+                       "memory    about {:.0f} MB\n",
                        scene.grid.cells_x, scene.grid.cells_y, scene.grid.dx(), geometries[static_cast<int>(scene.geometry)],
-                       shapes[static_cast<int>(scene.shape)], start.particles.size(), rigid, scene.materials.size(),
-                       scene.materials.size() == 1 ? "" : "s", scene.finite_rotation ? "finite rotation" : "small rotation",
-                       name_of(o.method), form_of(o) == Form::velocity ? "velocity" : "momentum", control.options().target,
+                       shapes[static_cast<int>(scene.shape)], start.particles.size(), rigid,
+                       scene.finite_rotation ? "finite rotation" : "small rotation", materials, name_of(o.method),
+                       form_of(o) == Form::velocity ? "velocity" : "momentum", control.options().target,
                        control.options().target / stable, o.duration - start.time,
-                       static_cast<double>(start.particles.memory_bytes() + stepper.memory_bytes()) * 1e-6 + 20.0, locking);
+                       static_cast<double>(start.particles.memory_bytes() + stepper.memory_bytes()) * 1e-6 + 20.0);
 }
 
 int run_program(const io::Program& program, const Options& options, const Problem& problem) {
-    check(problem.scene, problem.start.particles);
+    check(problem.scene, problem.start.particles, problem.start.rigid_bodies, problem.start.time);
     const auto checkpoint = program.open_restart(checkpoint_format);
     State state = checkpoint ? read_state(*checkpoint, problem.start) : problem.start;
     StepControl control = make_step_control(options, problem.scene, problem.start);
     const auto stepper = make_time_stepper(options, problem.scene, problem.start);
     const RunOptions run_options = make_run_options(options, state);
     program.say(describe(options, problem.scene, state, control, *stepper));
-    return program.run([&](const io::OutputFolder& folder, io::RunSummary& summary) {
+    std::vector<std::string> warnings;
+    for (MaterialNumbers numbers : material_numbers(problem.scene, problem.start.particles, problem.start.rigid_bodies)) {
+        if (options.method == Method::quasi_static)
+            numbers.speed = 0.0; // nothing has inertia
+        for (const std::string& doubt : doubts(numbers))
+            warnings.push_back(doubt);
+    }
+    const auto body = [&](const io::OutputFolder& folder, io::RunSummary& summary) {
         return run(problem, state, *stepper, control, run_options, program, folder, checkpoint ? &*checkpoint : nullptr, summary);
-    });
+    };
+    return program.run(body, warnings);
 }
 
 } // namespace ductile::mpm

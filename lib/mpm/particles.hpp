@@ -22,6 +22,7 @@ struct Particles {
     aligned_vector<double> temperature;                                ///< above the initial one, by plastic work, (2.3.5) [K]
     aligned_vector<double> half_width, half_height;                    ///< of the point's initial cell, for GIMP
     aligned_vector<std::int64_t> material;                             ///< number of its law in the scene
+    aligned_vector<std::int64_t> body;                                 ///< number of the body it was added with
     aligned_vector<std::int64_t> id;                                   ///< number at the start: sorting keeps it
 
     [[nodiscard]] std::size_t size() const { return x.size(); }
@@ -52,7 +53,7 @@ template <class P> [[nodiscard]] auto named_arrays(P& p) {
 }
 template <class P> [[nodiscard]] auto named_integer_arrays(P& p) {
     using Entry = std::pair<std::string_view, decltype(&p.id)>;
-    return std::array{Entry{"material", &p.material}, Entry{"id", &p.id}};
+    return std::array{Entry{"material", &p.material}, Entry{"body", &p.body}, Entry{"id", &p.id}};
 }
 
 } // namespace ductile::mpm

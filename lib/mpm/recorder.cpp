@@ -73,26 +73,26 @@ void Recorder::snapshot(const State& state) {
     snapshots_.write(state.time, state.step, p.x, p.y, fields);
 }
 
-void Recorder::row(const State& state, const TimeStepper& stepper, double dt, const StepOutcome& outcome) {
+void Recorder::row(const Observation& seen, const StepOutcome& outcome) {
+    const State& state = seen.state;
     const Energies energies = energies_of(problem_.scene, state.particles);
     const double plastic = *std::max_element(state.particles.internal.begin(), state.particles.internal.end());
     std::vector<double> row{state.time,
                             static_cast<double>(state.step),
-                            dt,
+                            seen.dt,
                             energies.kinetic,
                             energies.strain,
                             energies.kinetic + energies.strain,
                             energies.internal,
                             plastic,
                             outcome.smallest_determinant,
-                            static_cast<double>(enclosed_empty_cells(problem_.scene.grid, state.particles)),
+                            static_cast<double>(connectivity_of(problem_.scene.grid, state.particles).enclosed_empty_cells),
                             static_cast<double>(outcome.newton_iterations),
                             static_cast<double>(outcome.linear_iterations)};
-    for (std::size_t b = 0; b < state.rigid_bodies.size(); ++b)
-        for (const double force : contact_force(stepper.discretisation(), state.particles, static_cast<int>(b)))
-            row.push_back(force);
+    for (const auto& force : seen.contact_forces)
+        row.insert(row.end(), force.begin(), force.end());
     for (const Observable& observable : problem_.observables)
-        row.push_back(observable.value(state, stepper));
+        row.push_back(observable.value(seen));
     history_.append(row);
 }
 
@@ -100,7 +100,8 @@ void Recorder::progress(const State& state, const StepControl::Step& step) {
     progress_.update({state.time, state.step, step.dt, step.limit});
 }
 
-void Recorder::checkpoint(const State& state, const StepControl& control, const std::map<std::string, std::int64_t>& counters) {
+void Recorder::checkpoint(const State& state, const StepControl& control, const Tally& tally,
+                          const std::map<std::string, std::int64_t>& counters) {
     io::Checkpoint content{.program = program_.name(), .format = checkpoint_format, .config = program_.config_text()};
     content.scalars = {{"time", state.time}, {"planned_dt", control.plan().next}};
     content.counters = counters;
@@ -114,6 +115,8 @@ void Recorder::checkpoint(const State& state, const StepControl& control, const 
         content.vectors.emplace_back(body_array(b, "x"), state.rigid_bodies[b].x);
         content.vectors.emplace_back(body_array(b, "y"), state.rigid_bodies[b].y);
     }
+    for (const auto& [name, numbers] : tally)
+        content.vectors.emplace_back(fmt::format("tally/{}", name), numbers);
     content.integer_vectors.emplace_back("touching", control.plan().touching);
     content.history = &history_.table();
     io::write_checkpoint(folder_.checkpoint(), content);

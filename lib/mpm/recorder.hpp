@@ -18,9 +18,10 @@ public:
              const io::CheckpointReader* checkpoint, double start_s);
 
     void snapshot(const State& state);
-    void row(const State& state, const TimeStepper& stepper, double dt, const StepOutcome& outcome);
+    void row(const Observation& seen, const StepOutcome& outcome);
     void progress(const State& state, const StepControl::Step& step);
-    void checkpoint(const State& state, const StepControl& control, const std::map<std::string, std::int64_t>& counters);
+    void checkpoint(const State& state, const StepControl& control, const Tally& tally,
+                    const std::map<std::string, std::int64_t>& counters);
     [[nodiscard]] const io::HistoryTable& history() const { return history_.table(); }
     /// The problem's curve of the whole run, for the terminal.
     [[nodiscard]] std::string curve() const;

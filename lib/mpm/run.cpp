@@ -1,25 +1,87 @@
 #include <ductile/base/error.hpp>
 #include <ductile/base/timer.hpp>
 #include <ductile/io/interrupt.hpp>
+#include <ductile/mpm/contact_force.hpp>
 #include <ductile/mpm/recorder.hpp>
 #include <ductile/mpm/run.hpp>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <fmt/format.h>
 #include <functional>
 #include <string_view>
 
 namespace ductile::mpm {
 
+namespace {
+
+/// The times at which a step ends and something is written. Times that differ by round-off are one.
+class Schedule {
+public:
+    explicit Schedule(const RunOptions& options) : end_(options.duration_s) {
+        for (const double time : options.snapshots_s)
+            if (const double t = same(time, end_) ? end_ : time; t <= end_)
+                snapshots_.push_back(t);
+        std::sort(snapshots_.begin(), snapshots_.end(), std::greater<>());
+        const auto last = std::unique(snapshots_.begin(), snapshots_.end(), [this](double a, double b) { return same(a, b); });
+        snapshots_.erase(last, snapshots_.end());
+    }
+
+    [[nodiscard]] bool has_snapshot(double time) const {
+        return std::find(snapshots_.begin(), snapshots_.end(), time) != snapshots_.end();
+    }
+    /// The last first.
+    [[nodiscard]] std::vector<double> after(double time) const {
+        std::vector<double> times;
+        if (!has_snapshot(end_))
+            times.push_back(end_);
+        for (const double t : snapshots_)
+            if (t > time)
+                times.push_back(t);
+        return times;
+    }
+
+private:
+    [[nodiscard]] bool same(double a, double b) const { return std::abs(a - b) <= 1e-12 * end_; }
+
+    double end_;
+    std::vector<double> snapshots_; // the last first
+};
+
+/// Of the particles on each rigid body at the start.
+std::vector<std::array<double, 2>> contact_forces_at_start(const Problem& problem) {
+    const auto discretisation = make_discretisation(problem.scene);
+    Particles particles = problem.start.particles; // may be sorted
+    discretisation->prepare(particles, problem.start.rigid_bodies);
+    std::vector<double> force(discretisation->nodes().components()), external(force.size());
+    discretisation->internal_force(particles, force);
+    discretisation->body_force(particles, problem.start.time, external);
+    for (std::size_t c = 0; c < force.size(); ++c)
+        force[c] += external[c];
+    std::vector<std::array<double, 2>> forces;
+    for (std::size_t b = 0; b < problem.start.rigid_bodies.size(); ++b)
+        forces.push_back(contact_force(discretisation->nodes(), force, static_cast<std::int32_t>(b)));
+    return forces;
+}
+
+} // namespace
+
 io::RunStatus run(const Problem& problem, State& state, TimeStepper& stepper, StepControl& control, const RunOptions& options,
                   const io::Program& program, const io::OutputFolder& folder, const io::CheckpointReader* checkpoint,
                   io::RunSummary& summary) {
-    std::vector<double> snapshots; // times still to come
-    for (const double time : options.snapshots_s)
-        if (time > state.time || (time == 0.0 && !checkpoint))
-            snapshots.push_back(time);
-    std::sort(snapshots.begin(), snapshots.end(), std::greater<>());
-
+    check(problem.scene, state.particles, state.rigid_bodies, state.time);
+    for (const RigidBody& body : state.rigid_bodies) {
+        const double speed = std::max(std::abs(body.velocity_x), std::abs(body.velocity_y));
+        const double cells = speed * (options.duration_s - state.time) / problem.scene.grid.smallest_spacing();
+        if (cells > 1e9)
+            throw InputError(
+                fmt::format("the rigid body '{}' would cross {:.3g} cells of the grid in the run, one or less a step: its "
+                            "speed of {:.3g} m/s or the duration of {:.3g} s is out of all proportion",
+                            body.name, cells, speed, options.duration_s));
+    }
+    const Schedule schedule(options);
+    std::vector<double> output_times = schedule.after(state.time);
     std::int64_t failures[5] = {}; // by StepFailure
     std::int64_t steps_cut_by_rigid_travel = 0, steps_ended_at_contact = 0, steps_with_many_newton_iterations = 0;
     const auto counters = [&] {
@@ -48,14 +110,27 @@ io::RunStatus run(const Problem& problem, State& state, TimeStepper& stepper, St
     Timer wall, since_checkpoint;
     Recorder recorder(problem, options, program, folder, checkpoint, state.time);
     double output_seconds = 0.0;
-    const auto take_snapshots = [&] {
-        if (snapshots.empty() || snapshots.back() > state.time)
-            return;
-        while (!snapshots.empty() && snapshots.back() <= state.time)
-            snapshots.pop_back();
-        recorder.snapshot(state);
+
+    // what summary numbers need, of every step
+    const Monitor monitor(problem.scene, options.monitor);
+    std::vector<std::array<double, 2>> contact_forces = contact_forces_at_start(problem);
+    Tally tally;
+    double last_dt = 0.0;
+    const auto observe = [&](const State& seen_state, double smallest_determinant) {
+        const Observation seen{seen_state, last_dt, contact_forces};
+        monitor.observe(seen, smallest_determinant, tally);
+        if (problem.conclusions.observe)
+            problem.conclusions.observe(seen, tally);
     };
-    take_snapshots();
+    observe(problem.start, 1.0);
+    if (checkpoint) {
+        for (auto& [name, numbers] : tally)
+            numbers = checkpoint->vector(fmt::format("tally/{}", name));
+    } else {
+        if (schedule.has_snapshot(state.time))
+            recorder.snapshot(state);
+        recorder.row({state, 0.0, contact_forces}, {});
+    }
     const auto describe_run = [&] {
         auto total = counters();
         summary.steps = state.step;
@@ -77,13 +152,10 @@ io::RunStatus run(const Problem& problem, State& state, TimeStepper& stepper, St
         summary.extra["shortened_newton_steps"] = total["backtracks"];
         summary.extra["simulated_time_s"] = state.time;
         summary.extra["particles"] = state.particles.size();
-        if (recorder.history().rows() > 0) {
-            const std::vector<double> empty = recorder.history().column("enclosed_empty_cells");
-            if (const double most = *std::max_element(empty.begin(), empty.end()); most > 0.0)
-                summary.extra["most_enclosed_empty_cells"] = most; // numerical fracture: worth a line
-            if (problem.conclude)
-                problem.conclude(recorder.history(), summary.extra);
-        }
+        const Observation seen{state, last_dt, contact_forces};
+        monitor.conclude(seen, tally, summary);
+        if (problem.conclusions.conclude)
+            problem.conclusions.conclude(seen, tally, summary.extra);
         summary.drawing = recorder.curve();
     };
 
@@ -91,15 +163,19 @@ io::RunStatus run(const Problem& problem, State& state, TimeStepper& stepper, St
     StepOutcome outcome;
     std::vector<std::int64_t> touching(state.rigid_bodies.size(), 0);
     try {
-        // a sum of steps that is short of the end by round-off has reached it
-        while (state.time < options.duration_s - 1e-9 * control.options().target) {
+        while (!output_times.empty()) {
             if (io::interrupted()) {
-                recorder.checkpoint(state, control, counters());
+                recorder.checkpoint(state, control, tally, counters());
                 recorder.finish();
                 describe_run();
                 return io::RunStatus::interrupted;
             }
-            step = control.next(state);
+            step = control.next(state, output_times.back());
+            if (!(state.time + step.dt > state.time))
+                throw RunError(
+                    fmt::format("step {} at t = {:.6g} s would be {:.3g} s long ({}), too short to change the time: look for "
+                                "a speed or a length that is out of all proportion",
+                                state.step + 1, state.time, step.dt, step.limit));
             outcome = stepper.attempt(state, step.dt);
             if (!outcome.accepted) {
                 ++failures[static_cast<int>(outcome.failure)];
@@ -110,30 +186,41 @@ io::RunStatus run(const Problem& problem, State& state, TimeStepper& stepper, St
             }
             if (control.options().ends_at_contact) {
                 std::fill(touching.begin(), touching.end(), 0);
-                for (const std::int32_t body : stepper.discretisation().nodes().rigid_body)
-                    if (body >= 0)
-                        touching[static_cast<std::size_t>(body)] = 1;
+                for (const Hold& hold : stepper.discretisation().nodes().holds)
+                    if (hold.holder >= 0)
+                        touching[static_cast<std::size_t>(hold.holder)] = 1;
             }
             control.accepted(step, outcome.newton_iterations, touching);
             steps_cut_by_rigid_travel += step.limit == "rigid travel" ? 1 : 0;
             steps_ended_at_contact += step.limit == "contact" ? 1 : 0;
             steps_with_many_newton_iterations += outcome.newton_iterations > control.options().many_newton_iterations ? 1 : 0;
 
+            if (step.lands)
+                state.time = output_times.back();
+            last_dt = step.dt;
             Timer output;
+            const std::span<const double> force = stepper.force();
+            for (std::size_t b = 0; b < contact_forces.size(); ++b)
+                contact_forces[b] = contact_force(stepper.discretisation().nodes(), force, static_cast<std::int32_t>(b));
+            observe(state, outcome.smallest_determinant);
             if (state.step % options.history_every == 0)
-                recorder.row(state, stepper, step.dt, outcome);
+                recorder.row({state, step.dt, contact_forces}, outcome);
             recorder.progress(state, step);
-            take_snapshots();
+            if (step.lands) {
+                if (schedule.has_snapshot(state.time))
+                    recorder.snapshot(state);
+                output_times.pop_back();
+            }
             if (since_checkpoint.seconds() > program.common().checkpoint_every_s) {
-                recorder.checkpoint(state, control, counters());
+                recorder.checkpoint(state, control, tally, counters());
                 since_checkpoint.lap();
             }
             output_seconds += output.seconds();
         }
-        recorder.checkpoint(state, control, counters());
+        recorder.checkpoint(state, control, tally, counters());
         // the row of the end, where it is not an n-th one: a continued run will not have it
         if (state.step % options.history_every != 0)
-            recorder.row(state, stepper, step.dt, outcome);
+            recorder.row({state, step.dt, contact_forces}, outcome);
     } catch (...) {
         describe_run();
         recorder.finish();

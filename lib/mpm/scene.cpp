@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <string_view>
 
 namespace ductile::mpm {
 
@@ -23,12 +24,104 @@ double largest_wave_speed(const Scene& scene, const Particles& particles) {
     return std::sqrt(largest);
 }
 
-void check(const Scene& scene, const Particles& particles) {
+std::vector<MaterialNumbers> material_numbers(const Scene& scene, const Particles& particles,
+                                              std::span<const RigidBody> rigid_bodies) {
+    double rigid_speed = 0.0;
+    for (const RigidBody& body : rigid_bodies)
+        rigid_speed = std::max(rigid_speed, std::hypot(body.velocity_x, body.velocity_y));
+    std::vector<MaterialNumbers> all;
+    for (std::size_t m = 0; m < scene.materials.size(); ++m) {
+        MaterialNumbers numbers{.name = scene.materials.size() > 1 ? fmt::format("material {}", m) : "the material",
+                                .speed = rigid_speed};
+        double internal = 0.0;
+        bool used = false;
+        for (std::size_t p = 0; p < particles.size(); ++p)
+            if (particles.material[p] == static_cast<std::int64_t>(m)) {
+                numbers.density = used ? std::min(numbers.density, particles.density[p]) : particles.density[p];
+                numbers.speed = std::max(numbers.speed, std::hypot(particles.velocity_x[p], particles.velocity_y[p]));
+                internal = particles.internal[p];
+                used = true;
+            }
+        if (!used)
+            continue;
+        std::visit(
+            [&](const auto& law) {
+                const IsotropicElasticity& e = law.elasticity();
+                numbers.young_modulus = young_modulus(e);
+                numbers.poisson_ratio = 0.5 * e.beta() / (e.beta() + e.shear_modulus);
+                if constexpr (requires { law.yield_stress(internal); })
+                    numbers.yield_stress = law.yield_stress(internal);
+            },
+            scene.materials[m].law);
+        all.push_back(numbers);
+    }
+    return all;
+}
+
+namespace {
+
+void check_lengths(const Particles& particles) {
+    const auto check_length = [&](std::string_view name, std::size_t length) {
+        if (length != particles.size())
+            throw InputError(fmt::format("the scene has {} particles, but {} values of {}: use Particles::resize()",
+                                         particles.size(), length, name));
+    };
+    for (const auto& [name, array] : named_arrays(particles))
+        check_length(name, array->size());
+    for (const auto& [name, array] : named_integer_arrays(particles))
+        check_length(name, array->size());
+}
+
+void check_numbers(const Scene& scene, const Particles& particles) {
+    const auto refuse = [&](std::size_t p, std::string_view what, double value, std::string_view rule) {
+        throw InputError(fmt::format("particle {} has the {} {}: it must be {}", particles.id[p], what, value, rule));
+    };
+    for (const auto& [name, array] : named_arrays(particles)) {
+        const bool positive = name == "mass" || name == "density";
+        const bool width = name == "half_width" || name == "half_height";
+        for (std::size_t p = 0; p < particles.size(); ++p) {
+            const double value = (*array)[p];
+            if (!std::isfinite(value) || (positive && !(value > 0.0)) || (width && value < 0.0))
+                refuse(p, name, value, positive ? "positive and finite" : width ? "finite and not negative" : "finite");
+        }
+    }
+    const Grid& g = scene.grid;
+    for (std::size_t p = 0; p < particles.size(); ++p)
+        if (!contains(g, particles.x[p], particles.y[p]))
+            throw InputError(fmt::format(
+                "particle {} lies outside the background grid: it is at ({:.6g}, {:.6g}) m, and the grid "
+                "extends from ({:.6g}, {:.6g}) to ({:.6g}, {:.6g}) m",
+                particles.id[p], particles.x[p], particles.y[p], g.left, g.bottom, g.left + g.width, g.bottom + g.height));
+}
+
+void check_rigid_body(const RigidBody& body) {
+    if (!std::isfinite(body.velocity_x) || !std::isfinite(body.velocity_y))
+        throw InputError(fmt::format("the rigid body '{}' has the velocity ({}, {}) m/s: it must be finite", body.name,
+                                     body.velocity_x, body.velocity_y));
+    if (body.x.empty() || body.x.size() != body.y.size())
+        throw InputError(
+            fmt::format("the rigid body '{}' has {} x and {} y of points: it needs as many of both, and one at least", body.name,
+                        body.x.size(), body.y.size()));
+    for (std::size_t p = 0; p < body.x.size(); ++p)
+        if (!std::isfinite(body.x[p]) || !std::isfinite(body.y[p]))
+            throw InputError(fmt::format("point {} of the rigid body '{}' is at ({}, {}) m: that must be finite", p, body.name,
+                                         body.x[p], body.y[p]));
+}
+
+} // namespace
+
+void check(const Scene& scene, const Particles& particles, std::span<const RigidBody> rigid_bodies, double time) {
     check(scene.grid, scene.geometry);
     if (particles.size() == 0)
         throw InputError("the scene has no deformable particle: add a body");
     if (particles.size() > 2'000'000'000)
         throw InputError(fmt::format("the scene has {} particles: at most 2000000000 are possible", particles.size()));
+    for (std::size_t m = 0; m < scene.materials.size(); ++m)
+        if (!(scene.materials[m].heat_capacity >= 0.0 && std::isfinite(scene.materials[m].heat_capacity)))
+            throw InputError(fmt::format("material {} has the heat capacity {} J/(kg K): it must be zero (none) or positive, and "
+                                         "finite",
+                                         m, scene.materials[m].heat_capacity));
+    check_lengths(particles);
     for (std::size_t p = 0; p < particles.size(); ++p) {
         if (particles.material[p] < 0 || particles.material[p] >= static_cast<std::int64_t>(scene.materials.size()))
             throw InputError(fmt::format("particle {} is of material {}, but the scene has {} materials", particles.id[p],
@@ -39,6 +132,16 @@ void check(const Scene& scene, const Particles& particles) {
             throw InputError(fmt::format("particle {} is {} x {} m wide: GIMP needs particles no wider than a cell",
                                          particles.id[p], 2.0 * particles.half_width[p], 2.0 * particles.half_height[p]));
     }
+    check_numbers(scene, particles);
+    for (const RigidBody& body : rigid_bodies)
+        check_rigid_body(body);
+    if (scene.body_force)
+        for (std::size_t p = 0; p < particles.size(); ++p) {
+            const auto b = scene.body_force(particles.id[p], particles.x[p], particles.y[p], time);
+            if (!std::isfinite(b[0]) || !std::isfinite(b[1]))
+                throw InputError(fmt::format("the body force on particle {} at t = {:.6g} s is ({}, {}) m/s^2: it must be finite",
+                                             particles.id[p], time, b[0], b[1]));
+        }
 }
 
 } // namespace ductile::mpm

@@ -1,4 +1,5 @@
 #pragma once
+#include <ductile/material/plausibility.hpp>
 #include <ductile/material/stress_law.hpp>
 #include <ductile/mpm/body.hpp>
 #include <ductile/mpm/grid.hpp>
@@ -6,6 +7,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <span>
 #include <vector>
 
 namespace ductile::mpm {
@@ -39,8 +41,15 @@ struct Scene {
 /// The largest speed of longitudinal bar waves sqrt(E/rho) among the particles [m/s].
 [[nodiscard]] double largest_wave_speed(const Scene& scene, const Particles& particles);
 
-/// Throws InputError for an impossible grid, no particle, a particle that names a material that is not there, or a width that
-/// GIMP cannot use.
-void check(const Scene& scene, const Particles& particles);
+/// The numbers of each material that has particles, as they are at the start: its smallest density, the largest speed of its
+/// particles and of rigid bodies.
+[[nodiscard]] std::vector<MaterialNumbers> material_numbers(const Scene& scene, const Particles& particles,
+                                                            std::span<const RigidBody> rigid_bodies);
+
+/// Throws InputError, naming the particle or the rigid body and what is wrong with it, unless a run can start from here: the grid
+/// is possible; there are particles, all in the grid, of materials that are there, with finite numbers, positive mass and density
+/// and, for GIMP, widths up to a cell; rigid bodies have points and finite velocities; and the body force on every particle at
+/// `time` is finite.
+void check(const Scene& scene, const Particles& particles, std::span<const RigidBody> rigid_bodies = {}, double time = 0.0);
 
 } // namespace ductile::mpm

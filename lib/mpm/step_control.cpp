@@ -8,7 +8,7 @@
 
 namespace ductile::mpm {
 
-StepControl::Step StepControl::next(const State& state) const {
+StepControl::Step StepControl::by_rigid_bodies(const State& state) const {
     const double planned = std::min(plan_.next, options_.target);
     constexpr std::string_view reasons[] = {"ramp", "failed step", "Newton iterations"};
     Step step{planned, plan_.next < options_.target ? reasons[static_cast<int>(plan_.shortened)] : "--dt", planned};
@@ -31,6 +31,20 @@ StepControl::Step StepControl::next(const State& state) const {
             step = {earliest, "contact", planned, !touching};
         }
     }
+    return step;
+}
+
+StepControl::Step StepControl::next(const State& state, double output_time) const {
+    Step step = by_rigid_bodies(state);
+    const double left = output_time - state.time;
+    if (step.dt < left * (1.0 - 1e-6))
+        return step;
+    if (step.dt > left * (1.0 + 1e-6)) {
+        step.limit = "output time";
+        step.first_contact = false; // that comes later
+    }
+    step.dt = left;
+    step.lands = true;
     return step;
 }
 

@@ -16,7 +16,8 @@ namespace ductile::mpm {
 ///   seldom, or with every step or two, so that it would be missed;
 /// - about a cell of a rigid body's way at most: it would pass through what it is to push, without an error;
 /// - half as long after a failure;
-/// - 0.7 times as long after a step that needed many Newton iterations; no longer after one that needed half as many.
+/// - 0.7 times as long after a step that needed many Newton iterations; no longer after one that needed half as many;
+/// - to the next output time at most, and exactly there: the step after it is as long as if this one had not been cut.
 class StepControl {
 public:
     struct Options {
@@ -32,13 +33,16 @@ public:
     struct Step {
         double dt = 0.0;
         std::string_view limit = {}; ///< what limits it, for the progress line
-        double planned = 0.0;        ///< its length but for rigid bodies
+        double planned = 0.0;        ///< its length but for rigid bodies and output times
         bool first_contact = false;  ///< it ends where a rigid body that touches nothing reaches new nodes
+        bool lands = false;          ///< it ends at the output time
     };
 
     explicit StepControl(const Options& options) : options_(options), plan_{.next = options.first} {}
 
-    [[nodiscard]] Step next(const State& state) const;
+    /// The next step from state.time towards the next output time > state.time. A sliver of a step is worth less than a step that
+    /// is longer by a millionth.
+    [[nodiscard]] Step next(const State& state, double output_time) const;
     /// `touching`: for each rigid body whether it holds a node that carries mass.
     void accepted(const Step& step, int newton_iterations, std::span<const std::int64_t> touching);
     /// Halves the step; false once it is 2^-30 of the target: then it is no use going on.
@@ -57,6 +61,8 @@ public:
     void restore(const Plan& plan) { plan_ = plan; }
 
 private:
+    [[nodiscard]] Step by_rigid_bodies(const State& state) const;
+
     Options options_;
     Plan plan_;
 };

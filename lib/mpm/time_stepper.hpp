@@ -5,6 +5,7 @@
 #include <ductile/mpm/preconditioner.hpp>
 
 #include <memory>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -37,6 +38,9 @@ public:
 
     /// As of the beginning of the last step.
     [[nodiscard]] virtual const Discretisation& discretisation() const = 0;
+    /// The force F on the nodes in the last accepted step, as contact_force() takes it: f + b as the step weighs its beginning
+    /// and end. Valid until the next attempt; the particles must be where that step left them.
+    [[nodiscard]] virtual std::span<const double> force() = 0;
     [[nodiscard]] virtual SolverCounts counts() const = 0;
     [[nodiscard]] virtual PhaseSeconds phase_seconds() const = 0;
     [[nodiscard]] virtual std::size_t memory_bytes() const = 0;

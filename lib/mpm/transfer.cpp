@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <fmt/format.h>
 #include <numeric>
+#include <utility>
 
 namespace ductile::mpm {
 
@@ -183,7 +184,7 @@ template <class Shape> void Transfer<Shape>::number_nodes() {
     }
 }
 
-template <class Shape> void Transfer<Shape>::number_runs() {
+template <class Shape> void Transfer<Shape>::number_runs(const Particles& particles) {
     for (Run& run : runs_)
         for (int k = 0; k < seen; ++k) {
             const auto number = [&](int node) { return number_[run.first + node / support * nodes_x_ + node % support]; };
@@ -197,6 +198,13 @@ template <class Shape> void Transfer<Shape>::number_runs() {
                     nearest = distance;
                     run.node[k] = number(other);
                 }
+            }
+            if (run.node[k] < 0) {
+                const auto p = static_cast<std::size_t>(run.begin);
+                throw RunError(
+                    fmt::format("particle {} at ({:.6g}, {:.6g}) m sees no node with mass: its own mass, {:.3g} kg, must be "
+                                "positive, and more than 1e-12 of the mean of all particles",
+                                particles.id[p], particles.x[p], particles.y[p], particles.mass[p]));
             }
         }
 }
@@ -227,22 +235,40 @@ template <class Shape> void Transfer<Shape>::map_velocities(const Particles& par
     }
 }
 
+template <class Shape>
+void Transfer<Shape>::hold(std::size_t component, double velocity, std::int32_t holder, std::span<const RigidBody> rigid_bodies) {
+    double& prescribed = nodes_.velocity[component];
+    if (nodes_.prescribed[component] > 0) {
+        if (std::abs(velocity - prescribed) > 1e-12 * std::max(std::abs(velocity), std::abs(prescribed))) {
+            const auto other = std::find_if(nodes_.holds.begin(), nodes_.holds.end(), [&](const Hold& hold) {
+                return static_cast<std::size_t>(hold.component) == component;
+            });
+            const auto name = [&](std::int32_t h) {
+                constexpr const char* sides[] = {"left", "right", "bottom", "top"};
+                return h < 0 ? fmt::format("the {} side of the grid", sides[-h - 1])
+                             : fmt::format("the rigid body '{}'", rigid_bodies[static_cast<std::size_t>(h)].name);
+            };
+            const int node = nodes_.lattice[component / 2];
+            throw RunError(fmt::format(
+                "{} and {} hold one node, near ({:.6g}, {:.6g}) m, at different velocities in {}, {:g} and {:g} m/s: end the run "
+                "before they come so near to each other, use smaller cells, or let one of them slip",
+                name(other->holder), name(holder), grid_.left + node % nodes_x_ * grid_.dx(),
+                grid_.bottom + node / nodes_x_ * grid_.dy(), component % 2 == 0 ? "x" : "y", prescribed, velocity));
+        }
+        velocity = std::max(velocity, prescribed); // the same bits in any order of the bodies
+    }
+    ++nodes_.prescribed[component];
+    prescribed = velocity;
+    nodes_.holds.push_back({static_cast<std::int32_t>(component), holder});
+}
+
 template <class Shape> void Transfer<Shape>::prescribe(std::span<const RigidBody> rigid_bodies) {
     nodes_.prescribed.assign(2 * nodes_.count(), 0);
-    nodes_.rigid_body.assign(nodes_.count(), -1);
-    const auto hold = [&](std::size_t component, double velocity) {
-        nodes_.prescribed[component] = 1;
-        nodes_.velocity[component] = velocity;
-    };
-    const auto at_side = [&](std::size_t n, SideCondition condition, int normal) {
-        if (condition == SideCondition::free)
-            return;
-        hold(2 * n + static_cast<std::size_t>(normal), 0.0);
-        if (condition == SideCondition::fixed)
-            hold(2 * n + static_cast<std::size_t>(1 - normal), 0.0);
-    };
+    nodes_.holds.clear();
+    touched_by_.assign(nodes_.count(), -1);
     for (std::size_t b = 0; b < rigid_bodies.size(); ++b) {
         const RigidBody& body = rigid_bodies[b];
+        const auto number_of_body = static_cast<std::int32_t>(b);
         for (std::size_t p = 0; p < body.x.size(); ++p) {
             if (!inside(body.x[p], body.y[p]))
                 continue;
@@ -257,24 +283,32 @@ template <class Shape> void Transfer<Shape>::prescribe(std::span<const RigidBody
                 if (number < 0 || fx.w[k % support] * fy.w[k / support] <= edge)
                     continue;
                 const auto n = static_cast<std::size_t>(number);
-                nodes_.rigid_body[n] = static_cast<std::int32_t>(b);
+                if (std::exchange(touched_by_[n], number_of_body) == number_of_body)
+                    continue;
                 if (body.holds_x)
-                    hold(2 * n, body.velocity_x);
+                    hold(2 * n, body.velocity_x, number_of_body, rigid_bodies);
                 if (body.holds_y)
-                    hold(2 * n + 1, body.velocity_y);
+                    hold(2 * n + 1, body.velocity_y, number_of_body, rigid_bodies);
             }
         }
     }
+    const auto at_side = [&](std::size_t n, SideCondition condition, std::int32_t side, int normal) {
+        if (condition == SideCondition::free)
+            return;
+        hold(2 * n + static_cast<std::size_t>(normal), 0.0, side, rigid_bodies);
+        if (condition == SideCondition::fixed)
+            hold(2 * n + static_cast<std::size_t>(1 - normal), 0.0, side, rigid_bodies);
+    };
     for (std::size_t n = 0; n < nodes_.count(); ++n) {
         const int i = nodes_.lattice[n] % nodes_x_, j = nodes_.lattice[n] / nodes_x_;
         if (i < Shape::wall_layers)
-            at_side(n, grid_.sides.left, 0);
+            at_side(n, grid_.sides.left, left_side, 0);
         if (i >= nodes_x_ - Shape::wall_layers)
-            at_side(n, grid_.sides.right, 0);
+            at_side(n, grid_.sides.right, right_side, 0);
         if (j < Shape::wall_layers)
-            at_side(n, grid_.sides.bottom, 1);
+            at_side(n, grid_.sides.bottom, bottom_side, 1);
         if (j >= nodes_y_ - Shape::wall_layers)
-            at_side(n, grid_.sides.top, 1);
+            at_side(n, grid_.sides.top, top_side, 1);
     }
 }
 
@@ -293,12 +327,15 @@ template <class Shape> void Transfer<Shape>::prepare(Particles& particles, std::
     // weights sum to one: the nodes have the mass of the particles
     cutoff_ =
         mass_cutoff * std::accumulate(lattice_mass_.begin(), lattice_mass_.end(), 0.0) / static_cast<double>(particles.size());
+    if (!(cutoff_ > 0.0 && std::isfinite(cutoff_)))
+        throw RunError(fmt::format("the mass of all particles is {} kg: each must have a positive and finite one",
+                                   cutoff_ / mass_cutoff * static_cast<double>(particles.size())));
     if (leave_massless_nodes(particles)) {
         find_runs(particles);
         add_masses(particles);
     }
     number_nodes();
-    number_runs();
+    number_runs(particles);
     map_velocities(particles);
     prescribe(rigid_bodies);
 }

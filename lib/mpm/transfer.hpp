@@ -38,7 +38,9 @@ public:
     explicit Transfer(const Grid& grid);
 
     /// Caches weights and finds the active nodes, their masses, mapped velocities (2.2.14) and prescribed components. May sort
-    /// the particles. Throws RunError for a particle that has left the grid: which, and where.
+    /// the particles. Rigid bodies and sides that hold one component of a node share it if they prescribe the same velocity.
+    /// Throws RunError for a particle that has left the grid (which, and where), for mass that no step can work with, and where
+    /// rigid bodies and sides prescribe different velocities to one component of a node.
     void prepare(Particles& particles, std::span<const RigidBody> rigid_bodies);
 
     [[nodiscard]] const ActiveNodes& nodes() const { return nodes_; }
@@ -110,9 +112,10 @@ private:
     void add_masses(const Particles& particles);
     [[nodiscard]] bool leave_massless_nodes(const Particles& particles);
     void number_nodes();
-    void number_runs();
+    void number_runs(const Particles& particles);
     void map_velocities(const Particles& particles);
     void prescribe(std::span<const RigidBody> rigid_bodies);
+    void hold(std::size_t component, double velocity, std::int32_t holder, std::span<const RigidBody> rigid_bodies);
 
     Grid grid_;
     double inverse_dx_, inverse_dy_;
@@ -123,7 +126,8 @@ private:
     std::vector<std::size_t> stripe_begin_; // place of the first run of each stripe, and the number of runs
     std::size_t particles_ = 0;
     aligned_vector<double> lattice_mass_;
-    std::vector<std::int32_t> number_; // active number of a lattice node, or -1
+    std::vector<std::int32_t> number_;     // active number of a lattice node, or -1
+    std::vector<std::int32_t> touched_by_; // the last rigid body that was found to touch an active node
     double cutoff_ = 0.0;
     ActiveNodes nodes_;
 };

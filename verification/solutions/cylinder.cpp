@@ -12,6 +12,8 @@
 // they touch the nodes x = a with linear functions and GIMP, and those one node farther with B-splines.
 #include "cases.hpp"
 
+#include <ductile/mpm/contact_force.hpp>
+
 namespace solutions {
 
 namespace {
@@ -49,7 +51,7 @@ void widen(Table& curve, Table& profile, const auto& shape, Wall wall, double ha
     const char* const name = wall == Wall::line ? "line" : "body";
     advance(*stepper, state, 1.0, steps, [&] {
         state.rigid_bodies[0].x = places;
-        const double pressure = -contact_force(stepper->discretisation(), p, 0)[0] / (inner * 3.0 * h);
+        const double pressure = -contact_force(stepper->discretisation().nodes(), stepper->force(), 0)[0] / (inner * 3.0 * h);
         curve.row(shape.first, name, hardening, cells, expansion * state.time, pressure);
     });
     for (std::size_t i = 0; i < p.size(); ++i)

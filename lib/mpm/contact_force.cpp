@@ -1,0 +1,15 @@
+#include <ductile/mpm/contact_force.hpp>
+
+namespace ductile::mpm {
+
+std::array<double, 2> contact_force(const ActiveNodes& nodes, std::span<const double> force, std::int32_t holder) {
+    std::array<double, 2> sum{};
+    for (const Hold& hold : nodes.holds)
+        if (hold.holder == holder) {
+            const auto c = static_cast<std::size_t>(hold.component);
+            sum[c % 2] += force[c] / nodes.prescribed[c];
+        }
+    return sum;
+}
+
+} // namespace ductile::mpm

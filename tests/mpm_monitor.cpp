@@ -1,0 +1,160 @@
+// What a run is found doubtful for, and the numbers it gathers from all its steps.
+#include "messages.hpp"
+#include "mpm_scenes.hpp"
+
+#include <ductile/mpm/monitor.hpp>
+
+#include <algorithm>
+
+using namespace mpm_scenes;
+
+namespace {
+
+/// A run in miniature: what the monitor says once `live` has done something to a block and observed it.
+struct Run {
+    Block b = block(ShapeFunction::linear);
+    Tally tally = {};
+    Monitor monitor{b.scene, {}};
+    std::vector<std::array<double, 2>> forces = {};
+
+    Run() {
+        for (double& v : b.state.particles.velocity_x)
+            v = 2.0; // 3.2 J
+        b.state.rigid_bodies.push_back({.name = "plate", .velocity_x = 0.5, .velocity_y = -1.0, .x = {0.75}, .y = {0.75}});
+        forces = {{0.0, 0.0}};
+        see(0.0);
+    }
+    void see(double dt, double determinant = 1.0) { monitor.observe({b.state, dt, forces}, determinant, tally); }
+    [[nodiscard]] std::vector<std::string> warnings(const Monitor& m) const {
+        io::RunSummary summary;
+        m.conclude({b.state, 0.0, forces}, tally, summary);
+        return summary.warnings;
+    }
+    [[nodiscard]] std::string warning() const {
+        const std::vector<std::string> all = warnings(monitor);
+        REQUIRE(all.size() <= 1);
+        return all.empty() ? "" : all.front();
+    }
+    void set_speed(double v) { std::ranges::fill(b.state.particles.velocity_x, v); }
+};
+
+} // namespace
+
+TEST_SUITE_BEGIN("mpm_monitor");
+
+TEST_CASE("energy may grow by the work that rigid bodies do, and by a tenth more") {
+    Run run;
+    run.see(0.1);
+    CHECK(run.warning().empty());
+    run.set_speed(2.0 * std::sqrt(1.09));
+    CHECK(run.warning().empty());
+    run.set_speed(2.0 * std::sqrt(1.12));
+    CHECK(contains(run.warning(), "have 0.384 J more"));
+    for (double& e : run.b.state.particles.energy)
+        e = -0.12 * 3.2 / 1.6; // what has been lost as internal energy
+    CHECK(run.warning().empty());
+    for (double& e : run.b.state.particles.energy)
+        e = 0.0;
+    // -F.v dt = -(-2 * 0.5 - 3 * -1) * 0.1 = -0.2 J, and 0.5 J the other way
+    run.forces = {{-2.0, -3.0}};
+    run.set_speed(2.0 * std::sqrt(1.0 + 0.2 / 3.2 + 0.15));
+    run.see(0.1);
+    CHECK(contains(run.warning(), "times as much"));
+    run.forces = {{-2.0, 5.0}};
+    run.see(0.1);
+    CHECK(run.warning().empty()); // 0.6 J done in all, 0.68 J gained
+    // without inertia there is no kinetic energy to grow
+    Run slow;
+    slow.set_speed(100.0);
+    CHECK(slow.warnings(Monitor(slow.b.scene, {.inertia = false})).empty());
+    CHECK(slow.warnings(slow.monitor).size() == 1);
+}
+
+TEST_CASE("a step that leaves a particle little of its volume is said with its figure") {
+    Run run;
+    run.see(0.1, 0.31);
+    CHECK(run.warning().empty());
+    run.see(0.1, 0.21);
+    run.see(0.1, 0.9);
+    CHECK(contains(run.warning(), "a step left a particle 0.21 of its volume"));
+}
+
+TEST_CASE("a body that comes apart or gets a hole is said, also when it closes again; two bodies are not") {
+    Run run;
+    const Particles whole = run.b.state.particles;
+    for (double& x : run.b.state.particles.x)
+        x = x < 0.4 ? x - 0.1 : x;
+    run.see(0.1);
+    run.b.state.particles = whole;
+    run.see(0.1);
+    CHECK(contains(run.warning(), "in 1 piece and with 0 holes at the start, came to 2 and 0"));
+
+    Run hole;
+    Particles& p = hole.b.state.particles;
+    for (std::size_t i = 0; i < p.size(); ++i)
+        if (p.x[i] > 0.3 && p.x[i] < 0.4 && p.y[i] > 0.3 && p.y[i] < 0.4)
+            p.y[i] += 0.1;
+    hole.see(0.1);
+    CHECK(contains(hole.warning(), "came to 1 and 1"));
+
+    Run two;
+    two.tally.clear();
+    for (std::size_t i = 0; i < two.b.state.particles.size(); ++i)
+        two.b.state.particles.body[i] = two.b.state.particles.x[i] < 0.4 ? 1 : 0;
+    two.see(0.0);
+    for (double& x : two.b.state.particles.x)
+        x = x < 0.4 ? x - 0.1 : x;
+    two.see(0.1);
+    CHECK(two.warning().empty());
+    // looked at every few steps only
+    Run seldom;
+    const Monitor fourth(seldom.b.scene, {.every = 4});
+    for (double& x : seldom.b.state.particles.x)
+        x = x < 0.4 ? x - 0.1 : x;
+    seldom.b.state.step = 3;
+    fourth.observe({seldom.b.state, 0.1, seldom.forces}, 1.0, seldom.tally);
+    CHECK(seldom.warnings(fourth).empty());
+    seldom.b.state.step = 4;
+    fourth.observe({seldom.b.state, 0.1, seldom.forces}, 1.0, seldom.tally);
+    CHECK(seldom.warnings(fourth).size() == 1);
+}
+
+TEST_CASE("mean stress that alternates from particle to particle is said to lock; round-off is not") {
+    Run run;
+    Particles& p = run.b.state.particles;
+    const auto stress = [&](double shear, double pressure) {
+        for (std::size_t i = 0; i < p.size(); ++i) {
+            p.stress_xy[i] = shear;
+            p.stress_xx[i] = p.stress_yy[i] = p.stress_zz[i] = std::fmod(p.x[i], 0.1) < 0.05 ? pressure : -pressure;
+        }
+        return run.warning();
+    };
+    CHECK(stress(1.0 / std::sqrt(3.0), 1.9).empty());
+    CHECK(contains(stress(1.0 / std::sqrt(3.0), 2.5), "by 2.5 Pa (root mean square), 2.5 times the equivalent stress"));
+    CHECK(stress(1e-14, 1e-12).empty());
+}
+
+TEST_CASE("the trailing mean is that of the last part of a run, wherever it ends") {
+    const TrailingMean loads("loads", 0.9);
+    Tally tally;
+    double sum = 0.0;
+    int count = 0;
+    for (int n = 0; n <= 5000; ++n) {
+        loads.add(tally, 0.01 * n, n % 7 + 0.001 * n);
+        if (n == 100) { // 90 to 100
+            double mean = 0.0;
+            for (int k = 90; k <= 100; ++k)
+                mean += (k % 7 + 0.001 * k) / 11.0;
+            CHECK(loads.mean(tally) == doctest::Approx(mean).epsilon(1e-12));
+            CHECK(loads.last(tally) == 100 % 7 + 0.1);
+        }
+        if (n >= 4500) {
+            sum += n % 7 + 0.001 * n;
+            ++count;
+        }
+    }
+    CHECK(loads.mean(tally) == doctest::Approx(sum / count).epsilon(1e-12));
+    CHECK(tally.at("loads").size() < 2 * 501 + 2048);
+}
+
+TEST_SUITE_END();

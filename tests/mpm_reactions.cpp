@@ -1,0 +1,223 @@
+// What holds nodes: rigid bodies and sides, the forces on them, and the balances of momentum and energy that these close.
+#include "messages.hpp"
+#include "mpm_scenes.hpp"
+
+#include <ductile/mpm/contact_force.hpp>
+#include <ductile/mpm/time_stepper.hpp>
+
+#include <algorithm>
+#include <array>
+
+using namespace mpm_scenes;
+
+namespace {
+
+struct Way {
+    const char* name;
+    std::function<std::unique_ptr<TimeStepper>(const Scene&)> make;
+    double tolerance; // of the momentum balance: that of the step
+    bool inertia = true;
+};
+
+ImplicitOptions tight(const ImplicitScheme& scheme) {
+    ImplicitOptions o{.scheme = scheme};
+    o.newton.tolerance = 1e-12;
+    o.newton.largest_linear_iterations = 200;
+    return o;
+}
+
+std::vector<Way> all_ways() {
+    const auto implicit_way = [](const char* name, const ImplicitScheme& scheme) {
+        return Way{name, [scheme](const Scene& scene) { return make_implicit_stepper(scene, tight(scheme)); }, 1e-7,
+                   scheme.method != ImplicitMethod::quasi_static};
+    };
+    return {{"explicit velocity", [](const Scene& scene) { return make_explicit_stepper(scene, Form::velocity); }, 1e-12},
+            {"explicit momentum", [](const Scene& scene) { return make_explicit_stepper(scene, Form::momentum); }, 1e-12},
+            implicit_way("implicit", {}),
+            implicit_way("implicit momentum", {.form = Form::momentum}),
+            implicit_way("mu = 0.7", {.mu = 0.7}),
+            implicit_way("midpoint", {.method = ImplicitMethod::midpoint}),
+            implicit_way("midpoint momentum", {.method = ImplicitMethod::midpoint, .form = Form::momentum}),
+            implicit_way("quasi-static", {.method = ImplicitMethod::quasi_static})};
+}
+
+std::array<double, 2> momentum(const Particles& p) {
+    std::array<double, 2> sum{};
+    for (std::size_t i = 0; i < p.size(); ++i) {
+        sum[0] += p.mass[i] * p.velocity_x[i];
+        sum[1] += p.mass[i] * p.velocity_y[i];
+    }
+    return sum;
+}
+
+/// A block of 0.8 x 0.4 m and 1000 kg/m^3 on a plate at rest, under gravity.
+Block resting(ShapeFunction shape, Geometry geometry) {
+    Block b{.scene = {.geometry = geometry,
+                      .grid = {.cells_x = 12, .cells_y = 10, .width = 1.2, .height = 1.0},
+                      .shape = shape,
+                      .materials = {{LinearElastic(elasticity_from_young(1e7, 0.3))}},
+                      .body_force =
+                          [](std::int64_t, double, double, double) {
+                              return std::array{0.0, -10.0};
+                          }},
+            .state = {}};
+    const double left = geometry == Geometry::axisymmetric ? 0.0 : 0.2;
+    b.scene.grid.sides.left = geometry == Geometry::axisymmetric ? SideCondition::slip : SideCondition::free;
+    add_body(b.state.particles, {.shape = rectangle(left, 0.2, left + 0.8, 0.6), .density = 1000.0}, b.scene.grid, geometry);
+    b.state.rigid_bodies.push_back(make_rigid_body("plate", rectangle(0.0, 0.1, 1.2, 0.2), 2, b.scene.grid));
+    return b;
+}
+
+} // namespace
+
+TEST_SUITE_BEGIN("mpm_reactions");
+
+TEST_CASE("a block at rest weighs on its plate what it weighs, in every method, form, shape and geometry") {
+    for (const ShapeFunction shape : all_shapes)
+        for (const Geometry geometry : all_geometries) {
+            CAPTURE(static_cast<int>(shape));
+            CAPTURE(static_cast<int>(geometry));
+            Block rest = resting(shape, geometry);
+            const auto press = make_implicit_stepper(rest.scene, tight({.method = ImplicitMethod::quasi_static}));
+            for (int n = 0; n < 4; ++n)
+                REQUIRE(press->attempt(rest.state, 1.0).accepted);
+            for (double* v : {rest.state.particles.velocity_x.data(), rest.state.particles.velocity_y.data()})
+                std::fill_n(v, rest.state.particles.size(), 0.0);
+            // 3200 N/m in the plane; of one radian, half the square of the radius in axisymmetry
+            const double weight = geometry == Geometry::axisymmetric ? 0.5 * 0.8 * 0.8 * 0.4 * 1e4 : 3200.0;
+            for (const Way& way : all_ways()) {
+                CAPTURE(way.name);
+                Block b = rest;
+                const auto stepper = way.make(b.scene);
+                REQUIRE(stepper->attempt(b.state, 1e-6).accepted);
+                const auto force = contact_force(stepper->discretisation().nodes(), stepper->force(), 0);
+                CHECK(force[1] == doctest::Approx(-weight).epsilon(1e-3));
+                if (geometry != Geometry::axisymmetric)
+                    CHECK(std::abs(force[0]) < 1e-6 * weight);
+            }
+        }
+}
+
+TEST_CASE("the momentum of all particles changes by body force and reactions, whatever happens inside") {
+    for (const ShapeFunction shape : all_shapes)
+        for (const Geometry geometry : all_geometries)
+            for (const Way& way : all_ways()) {
+                CAPTURE(static_cast<int>(shape));
+                CAPTURE(static_cast<int>(geometry));
+                CAPTURE(way.name);
+                Block b = strained_block(shape, geometry, "von Mises");
+                b.scene.grid.sides.left = SideCondition::fixed;
+                b.scene.body_force = [](std::int64_t, double x, double y, double time) {
+                    return std::array{3.0 + x - time, -10.0 + y + 5.0 * time};
+                };
+                for (double& x : b.state.particles.x)
+                    x = std::max(x - 0.18, 1e-3); // onto the fixed side
+                b.state.rigid_bodies.push_back(make_rigid_body("plate", rectangle(0.2, 0.4, 0.8, 0.5), 2, b.scene.grid));
+                b.state.rigid_bodies.push_back(make_rigid_body("wedge", rectangle(0.4, 0.1, 0.5, 0.2), 2, b.scene.grid));
+                b.state.rigid_bodies[0].velocity_y = -0.1;
+                b.state.rigid_bodies[0].holds_x = false;
+                b.state.rigid_bodies[1].velocity_x = -0.2;
+                const auto stepper = way.make(b.scene);
+                for (const double dt : {1e-4, 2e-4, 1e-4}) {
+                    const std::array<double, 2> before = momentum(b.state.particles);
+                    const Particles start = b.state.particles;
+                    const double time = b.state.time;
+                    REQUIRE(stepper->attempt(b.state, dt).accepted);
+                    const std::array<double, 2> after = momentum(b.state.particles);
+                    const double at = std::string_view(way.name).starts_with("explicit")   ? time
+                                      : std::string_view(way.name).starts_with("midpoint") ? time + 0.5 * dt
+                                      : std::string_view(way.name) == "mu = 0.7"           ? time + 0.7 * dt
+                                                                                           : time + dt;
+                    std::array<double, 2> impulse{};
+                    for (std::size_t p = 0; p < start.size(); ++p) {
+                        const auto f = b.scene.body_force(0, start.x[p], start.y[p], at);
+                        impulse[0] += start.mass[p] * f[0] * dt;
+                        impulse[1] += start.mass[p] * f[1] * dt;
+                    }
+                    const ActiveNodes& nodes = stepper->discretisation().nodes();
+                    double largest = std::abs(impulse[1]);
+                    for (const std::int32_t holder :
+                         {0, 1, static_cast<std::int32_t>(left_side), static_cast<std::int32_t>(bottom_side)}) {
+                        const auto force = contact_force(nodes, stepper->force(), holder);
+                        impulse[0] -= force[0] * dt;
+                        impulse[1] -= force[1] * dt;
+                        largest = std::max({largest, std::abs(force[0]) * dt, std::abs(force[1]) * dt});
+                    }
+                    CHECK(largest > 1e-6);
+                    // hoop stress pushes outwards without a counterpart
+                    for (const int c : {0, 1})
+                        if (way.inertia && (c == 1 || geometry != Geometry::axisymmetric))
+                            CHECK(std::abs(after[c] - before[c] - impulse[c]) <=
+                                  way.tolerance * std::max(largest, std::abs(before[c])));
+                        else if (!way.inertia && (c == 1 || geometry != Geometry::axisymmetric))
+                            CHECK(std::abs(impulse[c]) <= way.tolerance * largest); // nothing accelerates
+                }
+            }
+}
+
+TEST_CASE("rigid bodies that share nodes each get what they prescribe, in any order") {
+    RigidBody floor{.name = "floor", .holds_x = false, .x = {0.25, 0.35, 0.45, 0.55}, .y = {0.15, 0.15, 0.15, 0.15}};
+    RigidBody wall{.name = "wall", .velocity_x = 0.3, .holds_y = false, .x = {0.15, 0.15, 0.15}, .y = {0.15, 0.25, 0.35}};
+    RigidBody lid = floor;
+    lid.name = "lid";
+    for (const ShapeFunction shape : all_shapes) {
+        CAPTURE(static_cast<int>(shape));
+        const auto forces = [&](const std::vector<RigidBody>& bodies) {
+            Block b = block(shape);
+            stress_randomly(b.scene, b.state.particles, 5.0);
+            b.state.rigid_bodies = bodies;
+            const auto stepper = make_explicit_stepper(b.scene, Form::momentum);
+            REQUIRE(stepper->attempt(b.state, 1e-5).accepted);
+            const ActiveNodes& nodes = stepper->discretisation().nodes();
+            std::vector<std::array<double, 2>> all;
+            for (std::size_t k = 0; k < bodies.size(); ++k)
+                all.push_back(contact_force(nodes, stepper->force(), static_cast<std::int32_t>(k)));
+            int both = 0;
+            for (std::size_t n = 0; n < nodes.count(); ++n)
+                if (nodes.prescribed[2 * n] && nodes.prescribed[2 * n + 1]) {
+                    CHECK(nodes.velocity[2 * n] == 0.3);
+                    CHECK(nodes.velocity[2 * n + 1] == 0.0);
+                    ++both;
+                }
+            CHECK(both >= 1);
+            return all;
+        };
+        const auto alone_floor = forces({floor, wall}), swapped = forces({wall, floor});
+        CHECK(alone_floor[0] == swapped[1]);
+        CHECK(alone_floor[1] == swapped[0]);
+        CHECK(alone_floor[0][0] == 0.0); // it slips
+        CHECK(alone_floor[1][1] == 0.0);
+        CHECK(std::abs(alone_floor[0][1]) > 1e-3);
+        CHECK(std::abs(alone_floor[1][0]) > 1e-3);
+        // the lid is where the floor is: each bears half
+        const auto shared = forces({lid, wall, floor});
+        CHECK(shared[0][1] == doctest::Approx(0.5 * alone_floor[0][1]).epsilon(1e-12));
+        CHECK(shared[2] == shared[0]);
+        CHECK(shared[1] == alone_floor[1]);
+    }
+}
+
+TEST_CASE("bodies and sides that prescribe different velocities to a node end the step with their names and the place") {
+    const auto message = [](const std::vector<RigidBody>& bodies, SideCondition bottom) {
+        Block b = block(ShapeFunction::linear);
+        b.scene.grid.sides.bottom = bottom;
+        for (double& y : b.state.particles.y)
+            y -= 0.2;
+        b.state.rigid_bodies = bodies;
+        const auto stepper = make_explicit_stepper(b.scene, Form::momentum);
+        return message_of<RunError>([&] { (void)stepper->attempt(b.state, 1e-5); });
+    };
+    const RigidBody upper{.name = "upper", .velocity_y = -1.0, .x = {0.25}, .y = {0.35}};
+    const RigidBody lower{.name = "lower", .velocity_y = 1.0, .x = {0.25}, .y = {0.25}};
+    const RigidBody along{.name = "along", .velocity_x = 2.0, .x = {0.25}, .y = {0.05}};
+    for (const auto& bodies : {std::vector{upper, lower}, {lower, upper}}) {
+        const std::string text = message(bodies, SideCondition::slip);
+        CHECK(contains(text, "rigid body 'upper'"));
+        CHECK(contains(text, "rigid body 'lower'"));
+        CHECK(contains(text, "near (0.2, 0.3) m, at different velocities in y"));
+    }
+    CHECK(contains(message({along}, SideCondition::fixed), "'along' and the bottom side of the grid hold one node"));
+    CHECK(message({along}, SideCondition::slip) == "nothing was thrown");
+}
+
+TEST_SUITE_END();
