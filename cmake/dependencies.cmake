@@ -3,7 +3,7 @@
 include(CMakeFindDependencyMacro)
 list(PREPEND CMAKE_MODULE_PATH ${CMAKE_CURRENT_LIST_DIR})
 
-find_dependency(OpenMP COMPONENTS CXX)
+find_dependency(Threads)
 find_dependency(fmt)
 find_dependency(CLI11)
 find_dependency(nlohmann_json)

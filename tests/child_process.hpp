@@ -36,7 +36,6 @@ public:
             return;
         for (const auto& [file, stream] : {std::pair{&out, STDOUT_FILENO}, std::pair{&error, STDERR_FILENO}})
             dup2(open(file->c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600), stream);
-        setenv("OMP_WAIT_POLICY", "passive", 1); // threads that spin would starve the other tests
         const rlimit limit{largest_file, RLIM_INFINITY};
         if (largest_file != RLIM_INFINITY)
             setrlimit(RLIMIT_FSIZE, &limit);

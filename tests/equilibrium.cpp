@@ -283,8 +283,8 @@ TEST_SUITE("equilibrium") {
             set_thread_count(1);
             VectorField expected = f;
             solver->solve(expected, WallData::given);
-            for (const int threads : {1, 2, 3, 4}) {
-                set_thread_count(threads);
+            for (const int threads : {1, 2, 3, 4, 8}) {
+                set_thread_count(threads, 0);
                 VectorField w = f;
                 solver->solve(w, WallData::given);
                 CHECK(same_bits(w, expected));

@@ -18,8 +18,7 @@ namespace fields {
 using namespace ductile;
 using namespace ductile::quasistatic;
 
-/// Test cases on small grids run on one thread: a team that waits at barriers on a busy machine takes ten times longer. Those
-/// about threads set their own number.
+/// Test cases on small grids run on one thread. Those about threads set their own number.
 struct OneThread {
     OneThread() { set_thread_count(1); }
     ~OneThread() { set_thread_count(threads_before); }

@@ -60,7 +60,7 @@ TEST_CASE("explicit and implicit steps have the same bits on one, two and three 
             CAPTURE(static_cast<int>(shape));
             const Particles one = after_steps(shape, make, dt, 1);
             REQUIRE(one.size() > 4000);
-            for (const int threads : {2, 3}) {
+            for (const int threads : {2, 3, 8}) {
                 CAPTURE(threads);
                 const Particles several = after_steps(shape, make, dt, threads);
                 const auto first = named_arrays(one), second = named_arrays(several);

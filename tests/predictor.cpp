@@ -294,8 +294,8 @@ TEST_SUITE("predictor") {
                     const Rk21Counts counts = predict(scene, predictor, problem.cells, problem.cells, problem.velocity, dt,
                                                       fields::pointwise(dt, 1e-9), expected, expected_force)
                                                   .counts;
-                    for (const int threads : {2, 3}) {
-                        set_thread_count(threads);
+                    for (const int threads : {2, 3, 8}) {
+                        set_thread_count(threads, 0);
                         CellState next(grid);
                         VectorField force(grid);
                         const Rk21Counts others = predict(scene, predictor, problem.cells, problem.cells, problem.velocity, dt,

@@ -500,8 +500,8 @@ TEST_SUITE("quasistatic") {
             const State start = at_rest(scene, rough);
             set_thread_count(1);
             const State expected = fields::run(scene, predictor, start, 14e4, 40);
-            for (const int threads : {2, 3}) {
-                set_thread_count(threads);
+            for (const int threads : {2, 3, 8}) {
+                set_thread_count(threads, 0);
                 CHECK(fields::same_bits(fields::run(scene, predictor, start, 14e4, 40), expected));
             }
         }

@@ -9,7 +9,6 @@
 #include <fftw3.h>
 #include <fmt/format.h>
 #include <mutex>
-#include <omp.h>
 
 namespace ductile {
 namespace {
@@ -99,10 +98,9 @@ public:
         : cells_x_(problem.grid.cells_x), cells_y_(problem.grid.cells_y), middle_(cells_y_ / 2),
           systems_(problem.grid, problem.elasticity, problem.stiffness),
           outside_(static_cast<std::size_t>(16 * systems_.padded_modes())) {
-        provide_scratch(thread_count());
         // Measured plans save 0.2 to 0.8 ns a cell and solve (M = 360: 1.9), a few per cent of a step. But timing would choose
         // them, and a restarted run could then round differently.
-        const Scratch s = scratch(0);
+        const Scratch s = scratch();
         auto* const nodes = reinterpret_cast<fftw_complex*>(s.nodes);
         auto* const modes = reinterpret_cast<fftw_complex*>(s.modes);
         {
@@ -116,11 +114,9 @@ public:
 
     void solve(VectorField& field, WallData walls) override {
         check_shape(field);
-        provide_scratch(thread_count());
         set_walls(field, walls);
-        double checksum = 0.0;
-#pragma omp parallel reduction(+ : checksum)
-        checksum = omp_get_num_threads() <= 2 ? sweep_fused(field) : sweep_in_turns(field);
+        const int team = Rows{cells_y_, cells_x_}.threads();
+        const double checksum = team <= 2 ? sweep_fused(field, team) : sweep_in_turns(field, team);
         if (!std::isfinite(checksum))
             throw RunError("equilibrium: the solution is not finite because the nodal force or the wall data is not; "
                            "look for an overflow in the stress that was handed over");
@@ -128,7 +124,8 @@ public:
 
     [[nodiscard]] std::string_view name() const override { return "fourier"; }
     [[nodiscard]] std::size_t memory_bytes() const override {
-        return systems_.memory_bytes() + (outside_.size() + scratch_.size()) * sizeof(double);
+        const std::size_t scratch = static_cast<std::size_t>(thread_count()) * scratch_size();
+        return systems_.memory_bytes() + (outside_.size() + scratch) * sizeof(double);
     }
 
 private:
@@ -162,66 +159,70 @@ private:
     /// The upper half is solved as the mirror image of the lower: with -v.
     [[nodiscard]] double sign_of_v(int j) const { return j > middle_ ? -1.0 : 1.0; }
 
-    /// One thread or two: each half in one go, rows stay in cache between transform and sweep.
-    double sweep_fused(VectorField& field) {
-        const int thread = omp_get_thread_num(), team = omp_get_num_threads(), blocks = systems_.blocks();
-        double checksum = 0.0;
-        for (int h = 0; h < 2; ++h)
-            if (h % team == thread)
-                for (int step = 1; step <= half(h).rows; ++step) {
-                    forward(field, half(h).row(step), coefficients(field, half(h).row(step)));
-                    eliminate(field, half(h), step, 0, blocks);
-                }
-#pragma omp barrier
-#pragma omp single
-        {
-            forward(field, middle_, coefficients(field, middle_));
-            meet(field, 0, blocks);
-            checksum += backward(field, middle_);
-        }
-        for (int h = 1; h >= 0; --h)
-            if (h % team == thread)
-                for (int step = half(h).rows; step >= 1; --step) {
-                    substitute(field, half(h), step, 0, blocks);
-                    // The row just solved is still needed as the neighbour of the next one.
-                    if (step < half(h).rows)
-                        checksum += backward(field, half(h).row(step + 1));
-                    if (step == 1)
-                        checksum += backward(field, half(h).row(step));
-                }
-        return checksum;
+    /// One thread or two: each half in one go, rows stay in cache between transform and sweep. Returns a sum over the solution.
+    double sweep_fused(VectorField& field, int team) {
+        const int blocks = systems_.blocks();
+        for_each_half(team, 0, [&](int h) {
+            for (int step = 1; step <= half(h).rows; ++step) {
+                forward(field, half(h).row(step), coefficients(field, half(h).row(step)));
+                eliminate(field, half(h), step, 0, blocks);
+            }
+        });
+        forward(field, middle_, coefficients(field, middle_));
+        meet(field, 0, blocks);
+        double checksum[2] = {};
+        const double middle = backward(field, middle_);
+        for_each_half(team, 1, [&](int h) {
+            double sum = 0.0;
+            for (int step = half(h).rows; step >= 1; --step) {
+                substitute(field, half(h), step, 0, blocks);
+                // The row just solved is still needed as the neighbour of the next one.
+                if (step < half(h).rows)
+                    sum += backward(field, half(h).row(step + 1));
+                if (step == 1)
+                    sum += backward(field, half(h).row(step));
+            }
+            checksum[h] = sum;
+        });
+        return middle + checksum[0] + checksum[1];
+    }
+
+    /// Two threads keep to the same half; one begins with that which it has seen last.
+    static void for_each_half(int team, int first_if_alone, const auto& visit) {
+        if (team == 1)
+            for (const int h : {first_if_alone, 1 - first_if_alone})
+                visit(h);
+        else
+            for_each_task(2, visit);
     }
 
     /// More threads: rows are shared out for the transforms, halves and blocks of modes for the sweeps.
-    double sweep_in_turns(VectorField& field) {
-        const int shares = (omp_get_num_threads() + 1) / 2;
+    double sweep_in_turns(VectorField& field, int team) {
+        const int shares = (team + 1) / 2;
         const auto blocks = [&](int share) { return share_of_rows(systems_.blocks(), share, shares); };
-        double checksum = 0.0;
-#pragma omp for schedule(static)
-        for (int j = 1; j < cells_y_; ++j)
-            forward(field, j, coefficients(field, j));
-#pragma omp for schedule(static) collapse(2)
-        for (int h = 0; h < 2; ++h)
-            for (int share = 0; share < shares; ++share)
-                for (int step = 1; step <= half(h).rows; ++step)
-                    eliminate(field, half(h), step, blocks(share).begin, blocks(share).end);
-#pragma omp for schedule(static)
-        for (int share = 0; share < shares; ++share)
-            meet(field, blocks(share).begin, blocks(share).end);
-#pragma omp for schedule(static) collapse(2)
-        for (int h = 0; h < 2; ++h)
-            for (int share = 0; share < shares; ++share)
-                for (int step = half(h).rows; step >= 1; --step)
-                    substitute(field, half(h), step, blocks(share).begin, blocks(share).end);
-#pragma omp for schedule(static)
-        for (int j = 1; j < cells_y_; ++j)
-            checksum += backward(field, j);
-        return checksum;
+        const Rows inside{cells_y_ - 1, cells_x_};
+        for_each_row(inside, [&](int j) { forward(field, j + 1, coefficients(field, j + 1)); });
+        for_each_task(2 * shares, [&](int task) {
+            const Half h = half(task / shares);
+            const auto [begin, end] = blocks(task % shares);
+            for (int step = 1; step <= h.rows; ++step)
+                eliminate(field, h, step, begin, end);
+        });
+        for_each_task(shares, [&](int share) { meet(field, blocks(share).begin, blocks(share).end); });
+        for_each_task(2 * shares, [&](int task) {
+            const Half h = half(task / shares);
+            const auto [begin, end] = blocks(task % shares);
+            for (int step = h.rows; step >= 1; --step)
+                substitute(field, h, step, begin, end);
+        });
+        return gather_rows(
+            inside, 0.0, [&](int j, double& sum) { sum += backward(field, j + 1); },
+            [](double& total, double part) { total += part; });
     }
 
     /// `row` = 2 M times the coefficients of node row j.
     void forward(const VectorField& field, int j, SpectralRow row) {
-        const Scratch s = scratch(omp_get_thread_num());
+        const Scratch s = scratch();
         const double *u = field.u.row(j), *v = field.v.row(j), sign = sign_of_v(j);
         for (int i = 0; i < cells_x_; ++i) {
             s.nodes[2 * i] = u[i];
@@ -248,7 +249,7 @@ private:
 
     /// Node row j from its coefficients, images wrapped. Returns the sum of its values, which is finite only if they are.
     double backward(VectorField& field, int j) {
-        const Scratch s = scratch(omp_get_thread_num());
+        const Scratch s = scratch();
         join(coefficients(field, j), cells_x_, s.modes);
         fftw_execute_dft(to_nodes_.get(), reinterpret_cast<fftw_complex*>(s.modes), reinterpret_cast<fftw_complex*>(s.nodes));
         double *u = field.u.row(j), *v = field.v.row(j), sum = 0.0;
@@ -298,21 +299,21 @@ private:
     }
 
     /// W needs one number more than the nodes, see split().
-    [[nodiscard]] int scratch_size() const { return round_up_to_row_unit(2 * cells_x_) + round_up_to_row_unit(2 * cells_x_ + 2); }
-    [[nodiscard]] Scratch scratch(int thread) {
-        double* const start = scratch_.data() + static_cast<std::ptrdiff_t>(thread) * scratch_size();
-        return {start, start + round_up_to_row_unit(2 * cells_x_)};
+    [[nodiscard]] std::size_t scratch_size() const {
+        return static_cast<std::size_t>(round_up_to_row_unit(2 * cells_x_) + round_up_to_row_unit(2 * cells_x_ + 2));
     }
-    void provide_scratch(int threads) {
-        const auto size = static_cast<std::size_t>(threads) * static_cast<std::size_t>(scratch_size());
-        if (scratch_.size() < size)
-            scratch_.resize(size);
+    /// That of the calling thread, shared by all solvers.
+    [[nodiscard]] Scratch scratch() const {
+        thread_local aligned_vector<double> numbers;
+        if (numbers.size() < scratch_size())
+            numbers.resize(scratch_size());
+        return {numbers.data(), numbers.data() + round_up_to_row_unit(2 * cells_x_)};
     }
 
     int cells_x_, cells_y_;
     int middle_; ///< the row where both eliminations meet
     ModeSystems systems_;
-    aligned_vector<double> outside_, scratch_;
+    aligned_vector<double> outside_;
     Plan to_modes_, to_nodes_;
 };
 

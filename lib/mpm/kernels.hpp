@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <mutex>
 
 namespace ductile::mpm {
 
@@ -152,6 +153,7 @@ public:
 
     [[nodiscard]] Forecast forecast(const Particles& particles, const NodalMotion& m) const override {
         Forecast result{.smallest_determinant = std::numeric_limits<double>::infinity()};
+        std::mutex lock;
         transfer_.for_each_stripe([&](std::span<const Run> runs) {
             Forecast part{.smallest_determinant = std::numeric_limits<double>::infinity()};
             for (const Run& run : runs) {
@@ -167,12 +169,10 @@ public:
                         part.leaving = std::max(part.leaving, static_cast<std::ptrdiff_t>(p));
                 }
             }
-#pragma omp critical
-            {
-                result.add_determinant(part.smallest_determinant);
-                result.farthest_travel = std::max(result.farthest_travel, part.farthest_travel);
-                result.leaving = std::max(result.leaving, part.leaving);
-            }
+            const std::lock_guard guard(lock);
+            result.add_determinant(part.smallest_determinant);
+            result.farthest_travel = std::max(result.farthest_travel, part.farthest_travel);
+            result.leaving = std::max(result.leaving, part.leaving);
         });
         return result;
     }

@@ -1,3 +1,4 @@
+#include <ductile/base/threads.hpp>
 #include <ductile/mpm/krylov.hpp>
 
 #include <algorithm>
@@ -37,9 +38,7 @@ double dot(std::span<const double> a, std::span<const double> b) {
         for (std::size_t c = 0; c < chunks; ++c)
             add_up(c);
     } else {
-#pragma omp parallel for schedule(static)
-        for (std::size_t c = 0; c < chunks; ++c)
-            add_up(c);
+        for_each_task(static_cast<int>(chunks), [&](int c) { add_up(static_cast<std::size_t>(c)); });
     }
     return std::accumulate(part.begin(), part.end(), 0.0);
 }
@@ -49,14 +48,16 @@ double norm(std::span<const double> a) { return std::sqrt(dot(a, a)); }
 namespace {
 
 void add(std::span<double> y, double factor, std::span<const double> x) {
-    if (y.size() < worth_threads) {
-        for (std::size_t i = 0; i < y.size(); ++i)
+    const auto add_range = [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i)
             y[i] += factor * x[i];
-    } else {
-#pragma omp parallel for simd schedule(static)
-        for (std::size_t i = 0; i < y.size(); ++i)
-            y[i] += factor * x[i];
-    }
+    };
+    if (y.size() < worth_threads)
+        return add_range(0, y.size());
+    for_each_task(static_cast<int>((y.size() + chunk - 1) / chunk), [&](int c) {
+        const std::size_t begin = static_cast<std::size_t>(c) * chunk;
+        add_range(begin, std::min(begin + chunk, y.size()));
+    });
 }
 
 } // namespace

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <fmt/format.h>
+#include <mutex>
 #include <numeric>
 #include <utility>
 
@@ -49,13 +50,14 @@ template <class Shape> void Transfer<Shape>::settle(const Particles& particles, 
 
 template <class Shape> void Transfer<Shape>::settle_all(const Particles& particles) {
     std::size_t outside = particles.size(); // the first that is
+    std::mutex lock;
     for_each_range([&](std::size_t first, std::size_t last) {
         for (std::size_t p = first; p < last; ++p) {
             const double x = particles.x[p], y = particles.y[p];
             if (inside(x, y)) {
                 settle(particles, p, place_of(x, y));
             } else {
-#pragma omp critical
+                const std::lock_guard guard(lock);
                 outside = std::min(outside, p);
             }
         }

@@ -52,17 +52,12 @@ public:
             const std::size_t first = stripe_begin_[static_cast<std::size_t>(s)];
             visit(std::span<const Run>(runs_).subspan(first, stripe_begin_[static_cast<std::size_t>(s) + 1] - first));
         };
-        if (!worth_threads()) {
-            for (int colour = 0; colour < 2; ++colour)
+        for (int colour = 0; colour < 2; ++colour) {
+            if (worth_threads())
+                for_each_task((stripes - colour + 1) / 2, [&](int k) { visit_stripe(colour + 2 * k); });
+            else
                 for (int s = colour; s < stripes; s += 2)
                     visit_stripe(s);
-            return;
-        }
-#pragma omp parallel
-        for (int colour = 0; colour < 2; ++colour) {
-#pragma omp for schedule(dynamic)
-            for (int s = colour; s < stripes; s += 2)
-                visit_stripe(s);
         }
     }
     void for_each_run(const auto& visit) const {
@@ -76,9 +71,10 @@ public:
         constexpr std::size_t range = 2048;
         if (!worth_threads())
             return visit(std::size_t{0}, particles_);
-#pragma omp parallel for schedule(static)
-        for (std::size_t first = 0; first < particles_; first += range)
+        for_each_task(static_cast<int>((particles_ + range - 1) / range), [&](int k) {
+            const std::size_t first = static_cast<std::size_t>(k) * range;
             visit(first, std::min(first + range, particles_));
+        });
     }
     [[nodiscard]] const Grid& grid() const { return grid_; }
     [[nodiscard]] bool inside(double x, double y) const;
@@ -94,8 +90,7 @@ public:
 private:
     static constexpr int stripe_rows = 4; // at least support - 1
 
-    /// Waking threads costs as much as some hundred particles.
-    [[nodiscard]] bool worth_threads() const { return particles_ > 4000 && thread_count() > 1; }
+    [[nodiscard]] bool worth_threads() const { return threads_worth(static_cast<long long>(particles_)) > 1; }
 
     struct Place {
         std::int32_t cell_x, cell_y;

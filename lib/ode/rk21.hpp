@@ -29,6 +29,12 @@ struct Rk21Counts {
     long long accepted = 0; ///< substeps, summed over points
     long long rejected = 0;
     bool failed = false; ///< a point's substep shrank below 1e-12 of the interval: not finite or hopelessly stiff
+
+    void add(const Rk21Counts& other) {
+        accepted += other.accepted;
+        rejected += other.rejected;
+        failed = failed || other.failed;
+    }
 };
 
 namespace detail {

@@ -1,3 +1,4 @@
+#include <ductile/base/threads.hpp>
 #include <ductile/material/point_rates.hpp>
 #include <ductile/quasistatic/combination.hpp>
 
@@ -52,8 +53,7 @@ TermRows rows_of(std::span<const Term> terms, int j) {
 } // namespace
 
 void combine(const Scene& scene, std::span<const Term> terms, const OpenRate& open, CellState& out) {
-#pragma omp parallel for schedule(static)
-    for (int j = 0; j < scene.grid.cells_y; ++j) {
+    for_each_row({scene.grid.cells_y, scene.grid.cells_x}, [&](int j) {
         const TermRows rows = rows_of(terms, j);
         const auto rate = fields_of(*open.fields);
         const auto target = fields_of(out);
@@ -69,12 +69,11 @@ void combine(const Scene& scene, std::span<const Term> terms, const OpenRate& op
         }
         for (Field* f : target)
             f->wrap_row(j);
-    }
+    });
 }
 
 void combine(const Scene& scene, std::span<const Term> terms, CellState& out) {
-#pragma omp parallel for schedule(static)
-    for (int j = 0; j < scene.grid.cells_y; ++j) {
+    for_each_row({scene.grid.cells_y, scene.grid.cells_x}, [&](int j) {
         const TermRows rows = rows_of(terms, j);
         const auto target = fields_of(out);
         for (std::size_t k = 0; k < field_count; ++k) {
@@ -82,25 +81,23 @@ void combine(const Scene& scene, std::span<const Term> terms, CellState& out) {
                 store(sum_terms(terms, rows[k], i), target[k]->row(j) + i);
             target[k]->wrap_row(j);
         }
-    }
+    });
 }
 
 void close_rate(const Scene& scene, const VectorField& velocity, CellState& rate) {
-#pragma omp parallel for schedule(static)
-    for (int j = 0; j < scene.grid.cells_y; ++j) {
+    for_each_row({scene.grid.cells_y, scene.grid.cells_x}, [&](int j) {
         const auto fields = fields_of(rate);
         for (int i = 0; i < scene.grid.cells_x; i += pack_size) {
             const auto elastic = elastic_rate_at(scene, velocity, i, j);
             for (std::size_t k = 0; k + 1 < field_count; ++k)
                 store(load(fields[k]->row(j) + i) + elastic[k], fields[k]->row(j) + i);
         }
-    }
+    });
 }
 
 CombinationNorm norm(const Scene& scene, std::span<const Term> terms) {
     std::vector<std::array<double, 2>> row_sums(static_cast<std::size_t>(scene.grid.cells_y));
-#pragma omp parallel for schedule(static)
-    for (int j = 0; j < scene.grid.cells_y; ++j) {
+    for_each_row({scene.grid.cells_y, scene.grid.cells_x}, [&](int j) {
         const TermRows rows = rows_of(terms, j);
         Pack stress(0.0), internal(0.0);
         for (int i = 0; i < scene.grid.cells_x; i += pack_size) {
@@ -113,7 +110,7 @@ CombinationNorm norm(const Scene& scene, std::span<const Term> terms) {
             internal = internal + select(real, chi * chi, Pack(0.0));
         }
         row_sums[static_cast<std::size_t>(j)] = {sum_of(stress), sum_of(internal)};
-    }
+    });
     double stress = 0.0, internal = 0.0; // row after row, so that the result does not depend on the number of threads
     for (const auto& [s, c] : row_sums) {
         stress += s;

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <omp.h>
 #include <utility>
 
 namespace ductile::quasistatic {
@@ -40,25 +39,16 @@ template <bool transported, class M>
 template <bool transported, class M>
 double sweep(const Scene& scene, const M& model, const CellState& cells, const VectorField& velocity, CellState& rate,
              VectorField& force) {
-    double largest = 0.0;
-#pragma omp parallel reduction(max : largest)
-    {
-        const RowRange rows = share_of_rows(scene.grid.cells_y, omp_get_thread_num(), omp_get_num_threads());
-        Pack relaxation(0.0);
-        for (int j = rows.begin; j < rows.end; ++j) {
-            for (int i = 0; i < scene.grid.cells_x; i += pack_size)
-                relaxation = maximum(relaxation, rate_at<transported>(scene, model, cells, velocity, i, j, rate));
-            for (Field* f : {&rate.stress.p, &rate.stress.s, &rate.stress.tau, &rate.stress.q})
-                f->wrap_row(j);
-            if (j > rows.begin)
-                divergence_row(scene.grid, rate.stress, -1.0, j, force);
-        }
-#pragma omp barrier // the corner row between two threads needs both their cell rows
-        if (rows.begin > 0 && rows.begin < rows.end)
-            divergence_row(scene.grid, rate.stress, -1.0, rows.begin, force);
-        largest = largest_of(relaxation);
-    }
-    return largest;
+    const auto visit = [&](int j, Pack& relaxation) {
+        for (int i = 0; i < scene.grid.cells_x; i += pack_size)
+            relaxation = maximum(relaxation, rate_at<transported>(scene, model, cells, velocity, i, j, rate));
+        for (Field* f : {&rate.stress.p, &rate.stress.s, &rate.stress.tau, &rate.stress.q})
+            f->wrap_row(j);
+    };
+    return largest_of(sweep_rows(
+        Rows{scene.grid.cells_y, scene.grid.cells_x}, Pack(0.0), visit,
+        [&](int j) { divergence_row(scene.grid, rate.stress, -1.0, j, force); },
+        [](Pack& total, const Pack& part) { total = maximum(total, part); }));
 }
 
 struct Comparison {
@@ -68,9 +58,7 @@ struct Comparison {
 
 /// Adds the affine motion of the walls to a velocity that vanishes there, and compares it with `guess`.
 Comparison add_walls_and_compare(const Grid& grid, const WallVelocity& wall, const VectorField& guess, VectorField& velocity) {
-    double largest = 0.0, courant = 0.0;
-#pragma omp parallel for schedule(static) reduction(max : largest, courant)
-    for (int j = 0; j <= grid.cells_y; ++j) {
+    const auto visit = [&](int j, Comparison& largest) {
         const double y = static_cast<double>(2 * j - grid.cells_y) / grid.cells_y;
         const Pack shift_u(wall.u * y), shift_v(wall.v * y), inverse_dx(1.0 / grid.dx()), inverse_dy(1.0 / grid.dy());
         double *u = velocity.u.row(j), *v = velocity.v.row(j);
@@ -85,10 +73,13 @@ Comparison add_walls_and_compare(const Grid& grid, const WallVelocity& wall, con
         }
         velocity.u.wrap_row(j);
         velocity.v.wrap_row(j);
-        largest = std::max(largest, largest_of(change));
-        courant = std::max(courant, largest_of(rate));
-    }
-    return {largest, courant};
+        largest.change = std::max(largest.change, largest_of(change));
+        largest.courant_rate = std::max(largest.courant_rate, largest_of(rate));
+    };
+    return gather_rows(Rows{grid.cells_y + 1, grid.cells_x}, Comparison{}, visit, [](Comparison& total, const Comparison& part) {
+        total.change = std::max(total.change, part.change);
+        total.courant_rate = std::max(total.courant_rate, part.courant_rate);
+    });
 }
 
 /// The ghost rows that transport reads.
@@ -177,11 +168,10 @@ template <class M> double yield_square(const M& model, const CellState& cells, d
 }
 
 template <class M> double yield_square(const M& model, const CellState& cells, double dt, const CellState& rate) {
-    double largest = 0.0;
-#pragma omp parallel for schedule(static) reduction(max : largest)
-    for (int j = 0; j < cells.internal.rows(); ++j)
-        largest = std::max(largest, yield_square(model, cells, dt, rate, j));
-    return largest;
+    return gather_rows(
+        Rows{cells.internal.rows(), cells.internal.columns()}, 0.0,
+        [&](int j, double& largest) { largest = std::max(largest, yield_square(model, cells, dt, rate, j)); },
+        [](double& total, double part) { total = std::max(total, part); });
 }
 
 } // namespace

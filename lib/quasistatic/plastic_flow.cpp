@@ -1,3 +1,4 @@
+#include <ductile/base/threads.hpp>
 #include <ductile/material/point_rates.hpp>
 #include <ductile/quasistatic/plastic_flow.hpp>
 
@@ -53,29 +54,20 @@ void relax_row(const Scene& scene, const M& model, const CellState& sources, dou
 void plastic_rate(const Scene& scene, const CellState& cells, CellState& rate) {
     std::visit(
         [&](const auto& model) {
-#pragma omp parallel for schedule(static)
-            for (int j = 0; j < scene.grid.cells_y; ++j)
-                rate_of_row(scene, model, cells, j, rate);
+            for_each_row({scene.grid.cells_y, scene.grid.cells_x}, [&](int j) { rate_of_row(scene, model, cells, j, rate); });
         },
         scene.plasticity);
 }
 
 Rk21Counts relax(const Scene& scene, const CellState& sources, double duration, const Rk21Options& options, CellState& cells) {
-    long long accepted = 0, rejected = 0;
-    bool failed = false;
-    std::visit(
+    return std::visit(
         [&](const auto& model) {
-#pragma omp parallel for schedule(static) reduction(+ : accepted, rejected) reduction(|| : failed)
-            for (int j = 0; j < scene.grid.cells_y; ++j) {
-                Rk21Counts counts;
-                relax_row(scene, model, sources, duration, options, j, cells, counts);
-                accepted += counts.accepted;
-                rejected += counts.rejected;
-                failed = failed || counts.failed;
-            }
+            return gather_rows(
+                Rows{scene.grid.cells_y, scene.grid.cells_x}, Rk21Counts{},
+                [&](int j, Rk21Counts& counts) { relax_row(scene, model, sources, duration, options, j, cells, counts); },
+                [](Rk21Counts& total, const Rk21Counts& counts) { total.add(counts); });
         },
         scene.plasticity);
-    return {.accepted = accepted, .rejected = rejected, .failed = failed};
 }
 
 } // namespace ductile::quasistatic

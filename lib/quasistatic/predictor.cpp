@@ -2,7 +2,6 @@
 #include <ductile/quasistatic/cell_rates.hpp>
 #include <ductile/quasistatic/predictor.hpp>
 
-#include <omp.h>
 #include <variant>
 #include <vector>
 
@@ -85,25 +84,10 @@ PredictorReport sweep(const Scene& scene, const M& model, const CellState& now, 
                       const VectorField& velocity, double dt, const Rk21Options& options, CellState& next, VectorField& force) {
     const Sweep<M, predictor, transported> cells(scene, model, now, moving, velocity, dt, options, next);
     PredictorReport report;
-#pragma omp parallel
-    {
-        const RowRange rows = share_of_rows(scene.grid.cells_y, omp_get_thread_num(), omp_get_num_threads());
-        Rk21Counts counts;
-        for (int j = rows.begin; j < rows.end; ++j) {
-            cells.row(j, counts);
-            if (j > rows.begin)
-                divergence_row(scene.grid, next.stress, -1.0 / dt, j, force);
-        }
-#pragma omp barrier // the corner row between two threads needs both their cell rows
-        if (rows.begin > 0 && rows.begin < rows.end)
-            divergence_row(scene.grid, next.stress, -1.0 / dt, rows.begin, force);
-#pragma omp critical
-        {
-            report.counts.accepted += counts.accepted;
-            report.counts.rejected += counts.rejected;
-            report.counts.failed = report.counts.failed || counts.failed;
-        }
-    }
+    report.counts = sweep_rows(
+        Rows{scene.grid.cells_y, scene.grid.cells_x}, Rk21Counts{}, [&](int j, Rk21Counts& counts) { cells.row(j, counts); },
+        [&](int j) { divergence_row(scene.grid, next.stress, -1.0 / dt, j, force); },
+        [](Rk21Counts& total, const Rk21Counts& counts) { total.add(counts); });
     return report;
 }
 

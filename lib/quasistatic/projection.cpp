@@ -1,3 +1,4 @@
+#include <ductile/base/threads.hpp>
 #include <ductile/base/timer.hpp>
 #include <ductile/material/point_rates.hpp>
 #include <ductile/quasistatic/projection.hpp>
@@ -56,9 +57,9 @@ double Projection::apply(VectorField& force, const WallVelocity& wall_gradient, 
 
     const StressComponents<Pack> wall_rate = elastic_rate(
         scene_->elasticity, VelocityGradient<Pack>{Pack(0.0), Pack(wall_gradient.u), Pack(0.0), Pack(wall_gradient.v)});
-#pragma omp parallel for schedule(static)
-    for (int j = 0; j < scene_->grid.cells_y; ++j)
+    for_each_row({scene_->grid.cells_y, scene_->grid.cells_x}, [&](int j) {
         row_measure_[static_cast<std::size_t>(j)] = correct_row(*scene_, force, wall_rate, dt, j, cells.stress);
+    });
 
     double sum = 0.0; // row after row, so that the result does not depend on the number of threads
     for (const double row : row_measure_)
@@ -69,9 +70,10 @@ double Projection::apply(VectorField& force, const WallVelocity& wall_gradient, 
 
 double equilibrium_residual(const Scene& scene, const CellState& cells, VectorField& force) {
     const Grid& grid = scene.grid;
-    double largest_force = 0.0, largest_stress = 0.0;
-#pragma omp parallel for schedule(static) reduction(max : largest_force, largest_stress)
-    for (int j = 0; j < grid.cells_y; ++j) {
+    struct Largest {
+        double force = 0.0, stress = 0.0;
+    };
+    const auto visit = [&](int j, Largest& largest) {
         Pack force_here(0.0), stress_here(0.0);
         if (j > 0)
             divergence_row(grid, cells.stress, 1.0, j, force);
@@ -83,10 +85,15 @@ double equilibrium_residual(const Scene& scene, const CellState& cells, VectorFi
                        tau = load(cells.stress.tau.row(j) + i), q = load(cells.stress.q.row(j) + i);
             stress_here = maximum(maximum(stress_here, magnitude(tau)), maximum(magnitude(s - p - q), magnitude(p + s + q)));
         }
-        largest_force = std::max(largest_force, largest_of(force_here));
-        largest_stress = std::max(largest_stress, largest_of(stress_here));
-    }
-    return largest_stress > 0.0 ? largest_force / (largest_stress * std::max(grid.dx(), grid.dy())) : 0.0;
+        largest.force = std::max(largest.force, largest_of(force_here));
+        largest.stress = std::max(largest.stress, largest_of(stress_here));
+    };
+    const auto merge = [](Largest& total, const Largest& part) {
+        total.force = std::max(total.force, part.force);
+        total.stress = std::max(total.stress, part.stress);
+    };
+    const Largest largest = gather_rows(Rows{grid.cells_y, grid.cells_x}, Largest{}, visit, merge);
+    return largest.stress > 0.0 ? largest.force / (largest.stress * std::max(grid.dx(), grid.dy())) : 0.0;
 }
 
 } // namespace ductile::quasistatic

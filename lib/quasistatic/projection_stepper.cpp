@@ -1,4 +1,5 @@
 #include <ductile/base/error.hpp>
+#include <ductile/base/threads.hpp>
 #include <ductile/base/timer.hpp>
 #include <ductile/quasistatic/combination.hpp>
 #include <ductile/quasistatic/projection_stepper.hpp>
@@ -13,14 +14,14 @@ namespace ductile::quasistatic {
 namespace {
 
 void add_rows(const VectorField& from, VectorField& to) {
-#pragma omp parallel for schedule(static)
-    for (int j = 0; j < to.u.rows(); ++j)
+    for_each_row({to.u.rows(), to.u.columns()}, [&](int j) {
         for (const auto& [source, target] : {std::pair{&from.u, &to.u}, std::pair{&from.v, &to.v}}) {
             const double* f = source->row(j);
             double* g = target->row(j);
             for (int i = -2; i < target->padded_columns() + 3; ++i)
                 g[i] += f[i];
         }
+    });
 }
 
 } // namespace

@@ -1,3 +1,4 @@
+#include <ductile/base/threads.hpp>
 #include <ductile/quasistatic/scene.hpp>
 
 #include <algorithm>
@@ -24,14 +25,14 @@ State initial_state(const Scene& scene, const Field& internal) {
 }
 
 void extrapolate(const VectorField& older, const VectorField& newer, double weight, VectorField& target) {
-#pragma omp parallel for schedule(static)
-    for (int j = 0; j < target.u.rows(); ++j)
+    for_each_row({target.u.rows(), target.u.columns()}, [&](int j) {
         for (const auto component : {&VectorField::u, &VectorField::v}) {
             const double *a = (older.*component).row(j), *b = (newer.*component).row(j);
             double* row = (target.*component).row(j);
             for (int i = -2; i < target.u.padded_columns() + 3; ++i)
                 row[i] = b[i] + weight * (b[i] - a[i]);
         }
+    });
 }
 
 void add_affine_velocity(const Grid& grid, const WallVelocity& change, VectorField& velocity) {
@@ -92,9 +93,8 @@ Observables observe(const Scene& scene, const CellState& cells) {
     std::vector<RowSums> rows(static_cast<std::size_t>(grid.cells_y));
     std::visit(
         [&](const auto& model) {
-#pragma omp parallel for schedule(static)
-            for (int j = 0; j < grid.cells_y; ++j)
-                rows[static_cast<std::size_t>(j)] = observe_row(model, cells, j);
+            for_each_row({grid.cells_y, grid.cells_x},
+                         [&](int j) { rows[static_cast<std::size_t>(j)] = observe_row(model, cells, j); });
         },
         scene.plasticity);
 

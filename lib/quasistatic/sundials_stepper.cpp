@@ -1,4 +1,5 @@
 #include <ductile/base/error.hpp>
+#include <ductile/base/threads.hpp>
 #include <ductile/io/interrupt.hpp>
 #include <ductile/quasistatic/index_reduced.hpp>
 #include <ductile/quasistatic/plastic_flow.hpp>
@@ -49,11 +50,11 @@ private:
     template <class Cells, class Values, class Action> void visit(Cells& cells, Values values, const Action& action) const {
         const std::array fields{&cells.stress.p, &cells.stress.s, &cells.stress.tau, &cells.stress.q, &cells.internal};
         const std::size_t field_size = columns_ * static_cast<std::size_t>(rows_);
-#pragma omp parallel for schedule(static)
-        for (int j = 0; j < rows_; ++j)
+        for_each_row({rows_, static_cast<int>(columns_)}, [&](int j) {
             for (std::size_t k = 0; k < fields.size(); ++k)
                 action(*fields[k], j, scale_[k],
                        values.subspan(k * field_size + static_cast<std::size_t>(j) * columns_, columns_));
+        });
     }
 
     std::size_t columns_;

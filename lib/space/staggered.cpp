@@ -1,3 +1,4 @@
+#include <ductile/base/threads.hpp>
 #include <ductile/space/staggered.hpp>
 
 #include <algorithm>
@@ -31,9 +32,7 @@ void divergence(const Grid& grid, const StressField& stress, double factor, Vect
     for (Field* f : {&force.u, &force.v})
         for (int wall : {0, grid.cells_y})
             std::fill_n(f->row(wall), f->padded_columns(), 0.0);
-#pragma omp parallel for schedule(static)
-    for (int j = 1; j < grid.cells_y; ++j)
-        divergence_row(grid, stress, factor, j, force);
+    for_each_row({grid.cells_y - 1, grid.cells_x}, [&](int j) { divergence_row(grid, stress, factor, j + 1, force); });
 }
 
 } // namespace ductile

@@ -30,14 +30,16 @@ template <class Prepare, class Work> double shortest(double budget, const Prepar
 
 /// a = b + s c on arrays far larger than the caches: 24 bytes a value are counted, as STREAM does.
 double triad_gigabytes_per_second() {
-    const long size = 16 << 20;
+    constexpr long size = 16 << 20;
     aligned_vector<double> a(static_cast<std::size_t>(size), 0.0), b(a.size(), 1.0), c(a.size(), 2.0);
     const double time = shortest(
         1.0, [] {},
         [&] {
-#pragma omp parallel for simd schedule(static)
-            for (long i = 0; i < size; ++i)
-                a[static_cast<std::size_t>(i)] = b[static_cast<std::size_t>(i)] + 3.0 * c[static_cast<std::size_t>(i)];
+            constexpr long row = 1 << 10;
+            for_each_row({size / row, row}, [&](int j) {
+                for (long i = j * row; i < (j + 1) * row; ++i)
+                    a[static_cast<std::size_t>(i)] = b[static_cast<std::size_t>(i)] + 3.0 * c[static_cast<std::size_t>(i)];
+            });
         });
     return 24e-9 * static_cast<double>(size) / time;
 }
