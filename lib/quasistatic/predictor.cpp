@@ -2,6 +2,7 @@
 #include <ductile/quasistatic/cell_rates.hpp>
 #include <ductile/quasistatic/predictor.hpp>
 
+#include <algorithm>
 #include <omp.h>
 #include <variant>
 #include <vector>
@@ -102,6 +103,7 @@ PredictorReport sweep(const Scene& scene, const M& model, const CellState& now, 
             report.counts.accepted += counts.accepted;
             report.counts.rejected += counts.rejected;
             report.counts.failed = report.counts.failed || counts.failed;
+            report.counts.largest_error_square = std::max(report.counts.largest_error_square, counts.largest_error_square);
         }
     }
     return report;
