@@ -17,9 +17,7 @@ constexpr double mu = 37.4 / 0.85, U = 2e-7;
 constexpr Scheme fused_schemes[] = {Scheme::ralston, Scheme::bogacki_shampine, Scheme::dormand_prince, Scheme::chebyshev};
 
 std::unique_ptr<TimeStepper> stepper_for(Scheme scheme, const Scene& scene, const State& start, const PassOptions& passes = {}) {
-    if (scheme == Scheme::chebyshev)
-        return make_runge_kutta_chebyshev(scene, fields::solver_for(scene), passes, start);
-    return make_runge_kutta(scheme, scene, fields::solver_for(scene), passes, start);
+    return make_embedded(scheme, scene, fields::solver_for(scene), passes, 1e-4, start);
 }
 
 std::unique_ptr<TimeStepper> sundials_for(Scheme scheme, const Scene& scene, const State& start, const SundialsOptions& options,

@@ -120,7 +120,11 @@ TEST_CASE("wrong options end with status 2 and a message, and leave nothing behi
     refused({"--dt", "0.01"}, "--dt 0.01: adaptive steps have no fixed length");
     refused({"--scheme", "cvode-bdf", "--step", "fixed"}, "--step fixed");
     refused({"--scheme", "mri", "--step", "adaptive"}, "--step adaptive");
-    refused({"--scheme", "leapfrog"}, "--scheme leapfrog: it must be one of euler, substepped, incremental");
+    for (const char* scheme : {"auto", "chebyshev", "dormand-prince", "arkode-3", "cvode-bdf", "ida"})
+        refused({"--operator", "full", "--scheme", scheme},
+                std::string("--operator full: with this stiffness the scheme ") + scheme);
+    refused({"--operator", "full"}, "--operator exact, or a projection scheme (--scheme incremental)");
+    refused({"--scheme", "leapfrog"}, "--scheme leapfrog: it must be one of auto, euler, substepped, incremental");
     refused({"--snapshots", "0,-1"}, "element '-1' is wrong");
     refused({"--threads", "0"}, "--threads 0");
     refused({"--colour"}, "--colour");
@@ -212,7 +216,7 @@ TEST_CASE("a full disk ends a run with status 1; what it had written is whole") 
     }
 }
 
-TEST_CASE("a step that is not finite ends the run with step, time, advice, and finished files") {
+TEST_CASE("a step that goes wrong ends the run with its time, advice, and finished files") {
     const scratch::Folder folder;
     const Outcome outcome = run({"--cells", "16", "--scheme", "euler", "--step", "fixed", "--dt", "0.3", "--duration", "100",
                                  "--snapshots", "0,0.3", "--output", folder / "run"});
@@ -276,6 +280,7 @@ TEST_CASE("a restart of a restart gives the bits of the uninterrupted run") {
                                               {"ralston", "adaptive", "full"},
                                               {"bogacki-shampine", "adaptive", "reduced"},
                                               {"dormand-prince", "adaptive", "full"},
+                                              {"auto", "adaptive", "full"},
                                               {"chebyshev", "adaptive", "full"},
                                               {"chebyshev", "fixed", "full"},
                                               {"arkode-2", "fixed", "full"},
@@ -287,7 +292,7 @@ TEST_CASE("a restart of a restart gives the bits of the uninterrupted run") {
                                               {"ida", "adaptive", "full"},
                                               {"mri", "fixed", "full"}})
         compare(stops + Arguments{"--scheme", scheme, "--model", model} +
-                (step == std::string("fixed") ? fixed_steps : Arguments{"--step", step}));
+                (step == std::string("fixed") ? Arguments{"--step", "fixed", "--dt", "0.01"} : Arguments{"--step", step}));
     compare(stops + fixed_steps + Arguments{"--equilibrium", "cholesky"});
     compare(stops + fixed_steps + Arguments{"--threads", "2"});
     compare(stops + Arguments{"--threads", "2", "--equilibrium", "cholesky"});

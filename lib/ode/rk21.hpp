@@ -1,6 +1,7 @@
 #pragma once
 #include <ductile/base/simd.hpp>
 
+#include <algorithm>
 #include <array>
 #include <concepts>
 #include <cstddef>
@@ -28,11 +29,13 @@ enum class Rk21Scale {
 struct Rk21Counts {
     long long accepted = 0; ///< substeps, summed over points
     long long rejected = 0;
-    bool failed = false; ///< a point's substep shrank below 1e-12 of the interval: not finite or hopelessly stiff
+    double largest_error_square = 0.0; ///< the largest E^2 (B.2) of an accepted substep
+    bool failed = false;               ///< a point's substep shrank below 1e-12 of the interval: not finite or hopelessly stiff
 
     void add(const Rk21Counts& other) {
         accepted += other.accepted;
         rejected += other.rejected;
+        largest_error_square = std::max(largest_error_square, other.largest_error_square);
         failed = failed || other.failed;
     }
 };
@@ -55,6 +58,9 @@ template <class V, std::size_t n>
     }
     return select(product[n - 1] < V(std::numeric_limits<double>::max()), sum, V(std::numeric_limits<double>::infinity()));
 }
+
+/// Of one point, what the friend of that name is of a batch.
+[[nodiscard]] inline double largest_of(double x) { return x; }
 
 /// Stands for an observer where there is none.
 struct Unobserved {};
@@ -116,6 +122,10 @@ requires std::invocable < Rhs, const std::array<V, n>
         if constexpr (!std::same_as<Observer, detail::Unobserved>)
             observe(accepted, h, y);
         counts.accepted += count_of(accepted);
+        if (any_of(accepted && error_square > V(counts.largest_error_square))) { // seldom: a maximum grows a few times
+            using detail::largest_of;
+            counts.largest_error_square = largest_of(select(accepted, error_square, V(0.0)));
+        }
         const Mask<V> rejected = active && !accepted;
         active = active && !(accepted && last);
         if (!any_of(active))

@@ -1,7 +1,7 @@
-#include <ductile/quasistatic/index_reduced.hpp>
+#include <ductile/quasistatic/embedded_method.hpp>
 
-#include <algorithm>
-#include <cmath>
+#include <array>
+#include <utility>
 #include <vector>
 
 namespace ductile::quasistatic {
@@ -53,62 +53,66 @@ struct Coefficients {
 /// The real stability interval of s stages, with damping.
 double stability(int s) { return 2.0 / 3.0 * (s * s - 1.0) * (1.0 - 2.0 / 15.0 * 2.0 / 13.0); }
 
-constexpr int most_stages = 50;
+/// Round-off grows with the square of the number of stages: 1e-11 of the stress at most.
+constexpr int most_stages = 300;
 
-class ChebyshevStepper final : public IndexReducedStepper {
+/// The relaxation rate may grow during the step.
+constexpr double margin = 1.1;
+
+int stages_for(double dt, double relaxation) {
+    int s = 2;
+    while (s < most_stages && stability(s) < margin * dt * relaxation)
+        ++s;
+    return s;
+}
+
+class ChebyshevMethod final : public EmbeddedMethod {
 public:
-    ChebyshevStepper(const Scene& scene, std::unique_ptr<EquilibriumSolver> solver, const PassOptions& passes, State state)
-        : IndexReducedStepper(scene, std::move(solver), passes, std::move(state)), other_(scene.grid) {
-        for (int s = 2; s <= most_stages; ++s)
-            coefficients_.emplace_back(s);
-    }
+    explicit ChebyshevMethod(const Grid& grid) : other_(grid) {}
 
     [[nodiscard]] Scheme scheme() const override { return Scheme::chebyshev; }
 
-private:
-    CombinationNorm advance(double dt) override {
-        // the relaxation rate may grow during the step: a margin
-        int s = 2;
-        while (s < most_stages && stability(s) < 1.1 * dt * relaxation())
-            ++s;
-        const auto& stages = coefficients_[static_cast<std::size_t>(s - 2)].stages;
+    [[nodiscard]] CombinationNorm advance(const Stages& stages, double dt) override {
+        const int s = stages_for(dt, stages.relaxation);
+        const Coefficients coefficients(s);
 
-        // Y_{j-1} and Y_{j-2} live in next() and other_, in turns, such that Y_s ends in next()
-        CellState* latest = s % 2 == 1 ? &next() : &other_;
-        CellState* before = s % 2 == 1 ? &other_ : &next();
-        const std::array first{Term{&start(), 1.0}, Term{&start_rate(), dt * stages[1].mu_tilde}};
-        combine(scene(), first, *latest);
+        // Y_{j-1} and Y_{j-2} live in next and other_, in turns, such that Y_s ends in next
+        CellState* latest = s % 2 == 1 ? &stages.next : &other_;
+        CellState* before = s % 2 == 1 ? &other_ : &stages.next;
+        const std::array first{Term{&stages.start, 1.0}, Term{&stages.start_rate, dt * coefficients.stages[1].mu_tilde}};
+        combine(stages.scene, first, *latest);
         for (int j = 2; j <= s; ++j) {
-            const auto& c = stages[static_cast<std::size_t>(j)];
-            evaluate(*latest, stages[static_cast<std::size_t>(j - 1)].c, next_rate());
-            std::array<Term, 4> terms{Term{&start(), 1.0 - c.mu - c.nu}, Term{latest, c.mu},
-                                      Term{&start_rate(), dt * c.gamma_tilde}, Term{before, c.nu}};
+            const auto& c = coefficients.stages[static_cast<std::size_t>(j)];
+            const VectorField& velocity =
+                stages.evaluate(*latest, coefficients.stages[static_cast<std::size_t>(j - 1)].c, stages.next_rate);
+            std::array<Term, 4> terms{Term{&stages.start, 1.0 - c.mu - c.nu}, Term{latest, c.mu},
+                                      Term{&stages.start_rate, dt * c.gamma_tilde}, Term{before, c.nu}};
             if (j == 2) // Y_0 = y_n
-                terms[3].fields = &start();
-            combine(scene(), terms, {&next_rate(), &velocity(), dt * c.mu_tilde, false}, *before);
+                terms[3].fields = &stages.start;
+            combine(stages.scene, terms, {&stages.next_rate, &velocity, dt * c.mu_tilde, false}, *before);
             std::swap(latest, before);
         }
-        evaluate(next(), 1.0, next_rate());
-        close_rate(scene(), velocity(), next_rate());
-        const std::array error{Term{&start(), 0.8}, Term{&next(), -0.8}, Term{&start_rate(), 0.4 * dt},
-                               Term{&next_rate(), 0.4 * dt}};
-        return norm(scene(), error);
+        const VectorField& velocity = stages.evaluate(stages.next, 1.0, stages.next_rate);
+        close_rate(stages.scene, velocity, stages.next_rate);
+        const std::array error{Term{&stages.start, 0.8}, Term{&stages.next, -0.8}, Term{&stages.start_rate, 0.4 * dt},
+                               Term{&stages.next_rate, 0.4 * dt}};
+        return norm(stages.scene, error);
     }
 
-    [[nodiscard]] double relaxation_step(double relaxation) const override { return stability(most_stages) / (1.1 * relaxation); }
+    [[nodiscard]] double relaxation_step(double relaxation) const override {
+        return stability(most_stages) / (margin * relaxation);
+    }
     /// More stages widen the stability region along the real axis only.
     [[nodiscard]] double courant_number() const override { return 0.5; }
+    [[nodiscard]] double evaluations(double dt, double relaxation) const override { return stages_for(dt, relaxation); }
     [[nodiscard]] int buffers() const override { return 1; }
 
+private:
     CellState other_;
-    std::vector<Coefficients> coefficients_;
 };
 
 } // namespace
 
-std::unique_ptr<TimeStepper> make_runge_kutta_chebyshev(const Scene& scene, std::unique_ptr<EquilibriumSolver> solver,
-                                                        const PassOptions& passes, State state) {
-    return std::make_unique<ChebyshevStepper>(scene, std::move(solver), passes, std::move(state));
-}
+std::unique_ptr<EmbeddedMethod> chebyshev_method(const Grid& grid) { return std::make_unique<ChebyshevMethod>(grid); }
 
 } // namespace ductile::quasistatic

@@ -77,7 +77,9 @@ StepAttempt IndexReducedStepper::attempt_step(double dt, double end) {
             fmt::format("step {} at t = {:.6g} s with dt = {:.3g} s: the error estimate is not finite. The step is too large for "
                         "this scene: use a smaller --dt or --tolerance",
                         state_.step + 1, state_.time * scene_.units.time, dt * scene_.units.time));
+    measure_ = measure;
     return {.measure = measure,
+            .error = measure,
             .relaxation_step = relaxation_step(latest_.largest_relaxation),
             .advection_step = courant_number() / latest_.courant_rate};
 }
@@ -115,6 +117,7 @@ void IndexReducedStepper::accept() {
     earlier_step_ = step_length_;
     state_.time = step_end_;
     ++state_.step;
+    step_accepted(step_length_, measure_);
 }
 
 void IndexReducedStepper::resume() {

@@ -26,7 +26,7 @@ public:
     [[nodiscard]] PhaseSeconds phase_seconds() const final;
     [[nodiscard]] std::size_t memory_bytes() const final;
     [[nodiscard]] std::vector<std::pair<std::string, Field*>> hidden_fields() final;
-    [[nodiscard]] std::vector<std::pair<std::string, double*>> hidden_numbers() final;
+    [[nodiscard]] std::vector<std::pair<std::string, double*>> hidden_numbers() override;
     void resume() final;
 
 protected:
@@ -37,6 +37,8 @@ protected:
     /// The longest Courant number |u| dt/dx + |v| dt/dy of stable advection. The shortest wave of the one-sided differences of
     /// Eq. (4) decays at 4 times the Courant rate.
     [[nodiscard]] virtual double courant_number() const = 0;
+    /// Called once a step of length dt and of this measure has become the state.
+    virtual void step_accepted(double dt, double measure) { (void)dt, (void)measure; }
     /// Number of cell states the method itself keeps.
     [[nodiscard]] virtual int buffers() const = 0;
 
@@ -77,6 +79,7 @@ private:
     double step_begin_ = 0.0, step_length_ = 0.0, step_end_ = 0.0; ///< of the current attempt
     double earlier_step_ = 0.0;                                    ///< t_n - t_{n-1}
     double attempt_seconds_ = 0.0;
+    double measure_ = 0.0;    ///< of the current attempt
     double relaxation_ = 0.0; ///< at the start of the step
     RateReport latest_;       ///< of the latest evaluation of an attempt
     WallVelocity rate_wall_;  ///< motion of the walls that rate_ belongs to
@@ -96,15 +99,11 @@ struct SundialsOptions {
                                                          std::unique_ptr<EquilibriumSolver> solver, const PassOptions& passes,
                                                          const SundialsOptions& options, State state);
 
-/// Explicit Runge-Kutta methods whose last stage is the new state (first same as last), with an embedded error estimate:
-/// Scheme::ralston (Lu & Rycroft's Table A.4), bogacki_shampine (3(2), 1989) or dormand_prince (5(4), 1980).
-[[nodiscard]] std::unique_ptr<TimeStepper> make_runge_kutta(Scheme scheme, const Scene& scene,
-                                                            std::unique_ptr<EquilibriumSolver> solver, const PassOptions& passes,
-                                                            State state);
-
-/// The stabilised Runge-Kutta-Chebyshev method of second order (Sommeijer, Shampine & Verwer 1998): the number of stages follows
-/// the relaxation rate of the plastic flow.
-[[nodiscard]] std::unique_ptr<TimeStepper>
-make_runge_kutta_chebyshev(const Scene& scene, std::unique_ptr<EquilibriumSolver> solver, const PassOptions& passes, State state);
+/// A stepper of one EmbeddedMethod (Scheme::ralston, bogacki_shampine, dormand_prince, chebyshev), or of two (Scheme::automatic):
+/// Bogacki and Shampine's, and where the plastic flow is so stiff that it holds the steps far below what `tolerance` allows for
+/// long, Runge-Kutta-Chebyshev until it no longer does.
+[[nodiscard]] std::unique_ptr<TimeStepper> make_embedded(Scheme scheme, const Scene& scene,
+                                                         std::unique_ptr<EquilibriumSolver> solver, const PassOptions& passes,
+                                                         double tolerance, State state);
 
 } // namespace ductile::quasistatic

@@ -105,8 +105,9 @@ void declare_time(io::Program& program, Options& o) {
     program.choice("--equilibrium", o.solver,
                    {{"fastest", SolverKind::fastest}, {"fourier", SolverKind::fourier}, {"cholesky", SolverKind::cholesky}},
                    help("solver of the elliptic problem"));
-    program.choice("--operator", o.stiffness, {{"exact", Stiffness::exact}, {"full", Stiffness::full}},
-                   help("one-point stiffness (exact projection), or the fully integrated one of the paper (S.20)"));
+    program.choice(
+        "--operator", o.stiffness, {{"exact", Stiffness::exact}, {"full", Stiffness::full}},
+        help("one-point stiffness (exact projection), or, in projection schemes, the fully integrated one of the paper (S.20)"));
 }
 
 void declare_output(io::Program& program, Options& o) {
@@ -218,6 +219,11 @@ StepControl make_step_control(const Options& o, const Scene& scene) {
 }
 
 std::unique_ptr<TimeStepper> make_time_stepper(const Options& o, const Scene& scene, State state) {
+    if (o.stiffness == Stiffness::full && description(o.scheme).kind != SchemeKind::projection)
+        throw InputError(
+            fmt::format("--operator full: with this stiffness the scheme {} drifts out of equilibrium, and nothing brings "
+                        "it back: use --operator exact, or a projection scheme (--scheme incremental)",
+                        description(o.scheme).name));
     auto solver =
         make_equilibrium_solver({.grid = scene.grid, .elasticity = scene.elasticity, .stiffness = o.stiffness}, o.solver);
     const PassOptions passes{.largest = o.velocity_passes, .tolerance = 0.1 * tolerance(o)};
@@ -236,12 +242,12 @@ std::unique_ptr<TimeStepper> make_time_stepper(const Options& o, const Scene& sc
         return projection(Predictor::incremental);
     case Scheme::extrapolated:
         return projection(Predictor::incremental, Transport::extrapolated);
-    case Scheme::chebyshev:
-        return make_runge_kutta_chebyshev(scene, std::move(solver), passes, std::move(state));
+    case Scheme::automatic:
     case Scheme::ralston:
     case Scheme::bogacki_shampine:
     case Scheme::dormand_prince:
-        return make_runge_kutta(o.scheme, scene, std::move(solver), passes, std::move(state));
+    case Scheme::chebyshev:
+        return make_embedded(o.scheme, scene, std::move(solver), passes, tolerance(o), std::move(state));
     default:
         return make_sundials(o.scheme, scene, std::move(solver), passes,
                              {.tolerance = tolerance(o), .fixed_steps = o.step == StepChoice::fixed}, std::move(state));

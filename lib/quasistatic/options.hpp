@@ -32,7 +32,7 @@ struct Options {
     double wall_velocity = 2e-7 * 0.01 / 4.05e-6; ///< 2e-7 L/t_s
     std::string wall_history;                     ///< replaces wall_velocity unless empty
 
-    Scheme scheme = Scheme::bogacki_shampine;
+    Scheme scheme = Scheme::automatic;
     Stiffness stiffness = Stiffness::exact;
     SolverKind solver = SolverKind::fastest;
     StepChoice step = StepChoice::adaptive;

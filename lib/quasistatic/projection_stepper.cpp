@@ -1,17 +1,23 @@
 #include <ductile/base/error.hpp>
 #include <ductile/base/threads.hpp>
 #include <ductile/base/timer.hpp>
+#include <ductile/material/point_rates.hpp>
 #include <ductile/quasistatic/combination.hpp>
+#include <ductile/quasistatic/method_of_lines.hpp>
 #include <ductile/quasistatic/projection_stepper.hpp>
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <fmt/format.h>
 #include <utility>
 
 namespace ductile::quasistatic {
 
 namespace {
+
+/// Increments dt C : D(v) of the first-order schemes, in units of stress, that make no error worth a look.
+constexpr double short_increment = 5e-3;
 
 void add_rows(const VectorField& from, VectorField& to) {
     for_each_row({to.u.rows(), to.u.columns()}, [&](int j) {
@@ -37,6 +43,8 @@ ProjectionStepper::ProjectionStepper(const Scene& scene, Predictor predictor, co
                                      std::unique_ptr<EquilibriumSolver> solver, State state, Transport transport)
     : scene_(scene), predictor_(predictor), pointwise_(pointwise), solver_(std::move(solver)), projection_(scene, *solver_),
       state_(std::move(state)), next_(scene.grid), base_velocity_(scene.grid), correction_(scene.grid) {
+    if (predictor == Predictor::euler)
+        earlier_ = CellState(scene.grid);
     if (transport == Transport::extrapolated)
         past_ = Past{CellState(scene.grid), CellState(scene.grid), VectorField(scene.grid)};
 }
@@ -95,11 +103,51 @@ StepAttempt ProjectionStepper::attempt(double dt, double end) {
     length_ = dt;
     end_ = end;
     velocity_seconds_ += timer.lap();
+    result.error = estimate_error(dt, wall, result.measure, counts);
     return result;
 }
 
+double ProjectionStepper::estimate_error(double dt, const WallVelocity& wall, double measure, const Rk21Counts& counts) {
+    const double half_height = 0.5 * scene_.grid.height;
+    const StressComponents<double> rate =
+        elastic_rate(scene_.elasticity, VelocityGradient<double>{0.0, wall.u / half_height, 0.0, wall.v / half_height});
+    const double by_walls =
+        dt * std::sqrt(3.0 * rate.p * rate.p + 2.0 * (rate.s * rate.s + rate.tau * rate.tau) + 6.0 * rate.q * rate.q);
+    const double by_correction = std::sqrt(2.0) * scene_.elasticity.shear_modulus * measure;
+    const double spin = scene_.model == Model::full && !past_ ? 0.5 * dt * std::abs(wall.u) / half_height * by_walls : 0.0;
+    const Rk21Options options = pointwise_.options(scene_.grid, dt);
+    const double pointwise =
+        std::sqrt(10.0 * counts.largest_error_square) * (options.absolute_tolerance + options.relative_tolerance);
+    if (predictor_ == Predictor::incremental)
+        return spin + pointwise + (counts.accepted > 0 ? by_correction : 0.0);
+
+    const double increment = by_walls + by_correction;
+    if (increment < short_increment)
+        return 0.0;
+    if (predictor_ == Predictor::euler && state_.step > 0)
+        return earlier_step_ > 0.0 ? change_of_increment(dt) : 0.0;
+    if (counts.accepted > 0)
+        return spin + pointwise + increment;
+    const double excess = yield_ratio(scene_, next_, 0.0, next_) - 1.0; // of cells that the predictor left elastic
+    return spin + std::min(increment, std::sqrt(2.0) * std::max(excess, 0.0));
+}
+
+double ProjectionStepper::change_of_increment(double dt) {
+    const double ratio = dt / earlier_step_;
+    const CombinationNorm change =
+        norm(scene_, std::array{Term{&next_, 1.0}, Term{&state_.cells, -1.0 - ratio}, Term{&earlier_, ratio}});
+    const double internal_scale = std::visit([](const auto& model) { return model.internal_scale(); }, scene_.plasticity);
+    return std::max(change.stress, change.internal / internal_scale) * dt / (dt + earlier_step_);
+}
+
 void ProjectionStepper::accept() {
-    std::swap(state_.cells, next_);
+    if (predictor_ == Predictor::euler) {
+        std::swap(earlier_, next_); // y_{n+1} in earlier_
+        std::swap(earlier_, state_.cells);
+        earlier_step_ = length_;
+    } else {
+        std::swap(state_.cells, next_);
+    }
     std::swap(state_.velocity, correction_);
     if (past_) {
         std::swap(past_->cells, next_);
@@ -136,7 +184,7 @@ PhaseSeconds ProjectionStepper::phase_seconds() const {
 std::size_t ProjectionStepper::memory_bytes() const {
     const Field& cell = next_.internal;
     const Field& corner = correction_.u;
-    const std::size_t cells = past_ ? 20 : 10, corners = past_ ? 8 : 6;
+    const std::size_t cells = past_ ? 20 : predictor_ == Predictor::euler ? 15 : 10, corners = past_ ? 8 : 6;
     return cells * cell.storage().size() * sizeof(double) + corners * corner.storage().size() * sizeof(double) +
            solver_->memory_bytes();
 }

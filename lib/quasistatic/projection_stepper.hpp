@@ -30,6 +30,20 @@ enum class Transport { frozen, extrapolated };
 ///   sigma_n + dt/(2 dt_n) (sigma_n - sigma_{n-1}),  q = v_n + (dt + dt_n)/(dt_n + dt_{n-1}) (v_n - v_{n-1}),
 /// so that spin and advection, frozen over a step, are right to second order. The first step has no past and is the paper's.
 /// Walls that change their velocity shift q by an affine field first; the wall velocity of a step is its mean over the step.
+///
+/// The error of a step (StepAttempt::error) is estimated from what the step finds anyway, in the norm (59), as a sum of
+/// - what the pointwise integration leaves, where it integrates: sqrt(10) E (A + R) of the worst substep, E by (B.2): an error of
+///   E (A + R) in the mean of five components, all of it in tau, has the norm sqrt(2) sqrt(5) E (A + R);
+/// - what joins the stress after plastic flow was integrated without it, as far as any cell flows: the flow would have relaxed
+///   the more of it the faster it is, so that it is an error of its own size where dt times the relaxation rate is large, and
+///   less where steps are short. incremental: dt C : D(phi), of norm sqrt(2) mu Q* (its pressure is the smaller part); the
+///   others: the whole of dt C : D(v), that and dt C : D_w of the walls, but where no cell flowed yet no more than what is
+///   beyond yield now;
+/// - in the full model with frozen transport, the spin of a stress that changes during the step by the walls' dt C : D_w, which
+///   they turn by omega dt meanwhile: omega dt |dt C : D_w|/2.
+/// euler takes no substeps; its error is the half of dt^2 d^2(sigma, chi)/dt^2, the difference of two increments:
+///   e = |dy_n - (dt_n/dt_{n-1}) dy_{n-1}| dt_n/(dt_n + dt_{n-1}),  dy_n = y_n - y_{n-1},
+/// looked at where the increment dt C : D(v) is long enough to matter; its first step is judged as those of substepped are.
 class ProjectionStepper final : public TimeStepper {
 public:
     /// Keeps a reference to `scene`; owns the solver and all buffers. `state` is the state to go on from.
@@ -49,6 +63,9 @@ public:
     void resume() override {}
 
 private:
+    [[nodiscard]] double estimate_error(double dt, const WallVelocity& wall, double measure, const Rk21Counts& counts);
+    [[nodiscard]] double change_of_increment(double dt);
+
     /// What extrapolation needs.
     struct Past {
         CellState cells, middle;                   // sigma_{n-1}; extrapolated to the middle of the step
@@ -66,6 +83,8 @@ private:
     VectorField base_velocity_;       ///< v_n with the walls' new velocity, where that differs, or extrapolated
     VectorField correction_;          ///< force, then phi, then the new velocity
     std::optional<Past> past_;        ///< with Transport::extrapolated
+    CellState earlier_;               ///< y_{n-1}, with Predictor::euler
+    double earlier_step_ = 0.0;       ///< dt_{n-1}; zero where earlier_ holds nothing
     double length_ = 0.0, end_ = 0.0; ///< of the attempted step
     long long substeps_ = 0, rejected_substeps_ = 0;
     double predictor_seconds_ = 0.0, velocity_seconds_ = 0.0;

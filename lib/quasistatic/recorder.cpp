@@ -114,11 +114,12 @@ void Recorder::progress(const State& state, const StepControl::Step& step) {
     progress_.update({state.time * scene_.units.time, state.step, step.dt * scene_.units.time, to_string(step.limit)});
 }
 
-void Recorder::checkpoint(TimeStepper& stepper, StepControl& control, const std::map<std::string, std::int64_t>& counters) {
+void Recorder::checkpoint(TimeStepper& stepper, StepControl& control, AccuracyWatch& watch,
+                          const std::map<std::string, std::int64_t>& counters) {
     const State& state = stepper.state();
     io::Checkpoint content{.program = program_.name(), .format = checkpoint_format, .config = program_.config_text()};
     content.scalars = {{"time", state.time}};
-    for (const auto& numbers : {stepper.hidden_numbers(), control.hidden_numbers()})
+    for (const auto& numbers : {stepper.hidden_numbers(), control.hidden_numbers(), watch.hidden_numbers()})
         for (const auto& [name, value] : numbers)
             content.scalars[name] = *value;
     content.counters = counters;
@@ -163,7 +164,9 @@ State read_state(const io::CheckpointReader& checkpoint, const Scene& scene) {
     return state;
 }
 
-void restore_hidden(const io::CheckpointReader& checkpoint, TimeStepper& stepper, StepControl& control) {
+void restore_hidden(const io::CheckpointReader& checkpoint, TimeStepper& stepper, StepControl& control, AccuracyWatch& watch) {
+    for (const auto& [name, value] : watch.hidden_numbers())
+        *value = checkpoint.scalar(name);
     for (const auto& [name, value] : identity(stepper, control))
         if (checkpoint.counter(name) != value)
             return;

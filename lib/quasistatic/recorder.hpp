@@ -5,6 +5,7 @@
 #include <ductile/io/program.hpp>
 #include <ductile/io/progress.hpp>
 #include <ductile/io/snapshots.hpp>
+#include <ductile/quasistatic/accuracy_watch.hpp>
 #include <ductile/quasistatic/run.hpp>
 
 #include <cstdint>
@@ -23,7 +24,8 @@ public:
     void snapshot(const State& state);
     void row(const State& state, double dt, double measure);
     void progress(const State& state, const StepControl::Step& step);
-    void checkpoint(TimeStepper& stepper, StepControl& control, const std::map<std::string, std::int64_t>& counters);
+    void checkpoint(TimeStepper& stepper, StepControl& control, AccuracyWatch& watch,
+                    const std::map<std::string, std::int64_t>& counters);
     /// The strain-stress curve of the whole run, for the terminal.
     [[nodiscard]] std::string curve() const;
     void finish();
@@ -38,8 +40,8 @@ private:
     io::Progress progress_;
 };
 
-/// Restores what a checkpoint holds besides the state: step control and the stepper's hidden values, unless they belong to
-/// another scheme or step control than the run's (then the run goes on from the bare state).
-void restore_hidden(const io::CheckpointReader& checkpoint, TimeStepper& stepper, StepControl& control);
+/// Restores what a checkpoint holds besides the state: what is known of the accuracy so far; step control and the stepper's
+/// hidden values, unless they belong to another scheme or step control than the run's (then the run goes on from the bare state).
+void restore_hidden(const io::CheckpointReader& checkpoint, TimeStepper& stepper, StepControl& control, AccuracyWatch& watch);
 
 } // namespace ductile::quasistatic

@@ -1,10 +1,12 @@
 #include <ductile/base/error.hpp>
 #include <ductile/base/timer.hpp>
 #include <ductile/io/interrupt.hpp>
+#include <ductile/quasistatic/accuracy_watch.hpp>
 #include <ductile/quasistatic/recorder.hpp>
 #include <ductile/quasistatic/run.hpp>
 
 #include <algorithm>
+#include <iterator>
 
 namespace ductile::quasistatic {
 
@@ -25,9 +27,10 @@ io::RunStatus run(const Scene& scene, TimeStepper& stepper, StepControl& control
     if (targets.empty() || targets.back() < end)
         targets.push_back(end);
 
-    std::int64_t rejected_steps = 0;
+    std::int64_t rejected_steps = 0, relaxation_steps = 0;
+    AccuracyWatch watch(scene);
     if (checkpoint)
-        restore_hidden(*checkpoint, stepper, control);
+        restore_hidden(*checkpoint, stepper, control, watch);
     const auto counters = [&] {
         const StepperCounts now = stepper.counts();
         std::map<std::string, std::int64_t> total{{"elliptic_solves", now.elliptic_solves},
@@ -35,6 +38,7 @@ io::RunStatus run(const Scene& scene, TimeStepper& stepper, StepControl& control
                                                   {"pointwise_substeps", now.pointwise_substeps},
                                                   {"rejected_substeps", now.rejected_substeps},
                                                   {"rejected_steps", rejected_steps},
+                                                  {"steps_limited_by_relaxation", relaxation_steps},
                                                   {"inner_steps", now.inner_steps},
                                                   {"rejected_inner_steps", now.rejected_inner_steps}};
         for (auto& [name, count] : total)
@@ -64,8 +68,12 @@ io::RunStatus run(const Scene& scene, TimeStepper& stepper, StepControl& control
         summary.extra["inner_steps"] = total["inner_steps"];
         summary.extra["rejected_inner_steps"] = total["rejected_inner_steps"];
         summary.extra["rejected_substeps"] = total["rejected_substeps"];
+        summary.extra["steps_limited_by_relaxation"] = total["steps_limited_by_relaxation"];
+        for (const auto& [scheme, steps] : stepper.steps_by_scheme())
+            summary.extra[std::string("steps_by_") + description(scheme).name] = steps;
         summary.extra["simulated_time_s"] = stepper.state().time * unit;
         summary.drawing = recorder.curve();
+        std::ranges::move(watch.warnings(), std::back_inserter(summary.warnings));
     };
 
     std::size_t target = 0;
@@ -74,7 +82,7 @@ io::RunStatus run(const Scene& scene, TimeStepper& stepper, StepControl& control
     try {
         while (target < targets.size()) {
             if (io::interrupted()) {
-                recorder.checkpoint(stepper, control, counters());
+                recorder.checkpoint(stepper, control, watch, counters());
                 recorder.finish();
                 describe_run();
                 return io::RunStatus::interrupted;
@@ -98,11 +106,14 @@ io::RunStatus run(const Scene& scene, TimeStepper& stepper, StepControl& control
                 ++rejected_steps;
                 continue;
             }
+            watch.judge(attempt, now, step.dt);
+            relaxation_steps += step.limit == StepLimit::relaxation ? 1 : 0;
             stepper.accept();
 
             Timer output;
             if (stepper.state().step % options.history_every == 0)
                 recorder.row(stepper.state(), step.dt, attempt.measure);
+            watch.observe(stepper.state(), target + 1 == targets.size() && step.lands);
             recorder.progress(stepper.state(), step);
             if (step.lands && goal == targets[target]) {
                 if (std::binary_search(snapshot_times.begin(), snapshot_times.end(), goal))
@@ -110,12 +121,12 @@ io::RunStatus run(const Scene& scene, TimeStepper& stepper, StepControl& control
                 ++target;
             }
             if (since_checkpoint.seconds() > program.common().checkpoint_every_s) {
-                recorder.checkpoint(stepper, control, counters());
+                recorder.checkpoint(stepper, control, watch, counters());
                 since_checkpoint.lap();
             }
             output_seconds += output.seconds();
         }
-        recorder.checkpoint(stepper, control, counters());
+        recorder.checkpoint(stepper, control, watch, counters());
         // the row of the end, where it is not an n-th one: a continued run will not have it
         if (stepper.state().step % options.history_every != 0)
             recorder.row(stepper.state(), step.dt, attempt.measure);

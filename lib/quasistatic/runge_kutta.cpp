@@ -1,6 +1,8 @@
-#include <ductile/quasistatic/index_reduced.hpp>
+#include <ductile/quasistatic/embedded_method.hpp>
 
+#include <array>
 #include <cassert>
+#include <vector>
 
 namespace ductile::quasistatic {
 
@@ -44,55 +46,54 @@ const Table& table_of(Scheme scheme) {
     }
 }
 
-class RungeKuttaStepper final : public IndexReducedStepper {
+class RungeKuttaMethod final : public EmbeddedMethod {
 public:
-    RungeKuttaStepper(Scheme scheme, const Scene& scene, std::unique_ptr<EquilibriumSolver> solver, const PassOptions& passes,
-                      State state)
-        : IndexReducedStepper(scene, std::move(solver), passes, std::move(state)), scheme_(scheme), table_(table_of(scheme)) {
+    RungeKuttaMethod(Scheme scheme, const Grid& grid) : scheme_(scheme), table_(table_of(scheme)) {
         for (int i = 2; i < table_.stages; ++i)
-            inner_rates_.emplace_back(scene.grid);
+            inner_rates_.emplace_back(grid);
     }
 
     [[nodiscard]] Scheme scheme() const override { return scheme_; }
 
-private:
-    /// Rates of the stages: the first is the start's, the last the next step's first.
-    [[nodiscard]] CellState& stage_rate(int i) {
-        if (i == 0)
-            return start_rate();
-        return i == table_.stages - 1 ? next_rate() : inner_rates_[static_cast<std::size_t>(i - 1)];
-    }
-
-    CombinationNorm advance(double dt) override {
+    [[nodiscard]] CombinationNorm advance(const Stages& stages, double dt) override {
+        // rates of the stages: the first is the start's, the last the next step's first
+        const auto stage_rate = [&](int i) -> CellState& {
+            if (i == 0)
+                return stages.start_rate;
+            return i == table_.stages - 1 ? stages.next_rate : inner_rates_[static_cast<std::size_t>(i - 1)];
+        };
+        const VectorField* velocity = nullptr;
         for (int i = 1; i < table_.stages; ++i) {
             // Y_i = y_n + dt sum_j a_ij k_j; the latest rate is completed on the way
             const auto& row = table_.a[static_cast<std::size_t>(i)];
             std::array<Term, 8> terms;
             std::size_t count = 0;
-            terms[count++] = {&start(), 1.0};
+            terms[count++] = {&stages.start, 1.0};
             for (int j = 0; j + 1 < i; ++j)
                 if (row[static_cast<std::size_t>(j)] != 0.0)
                     terms[count++] = {&stage_rate(j), dt * row[static_cast<std::size_t>(j)]};
             const double latest = dt * row[static_cast<std::size_t>(i - 1)];
             if (i == 1) { // the start's rate is complete
-                terms[count++] = {&start_rate(), latest};
-                combine(scene(), {terms.data(), count}, next());
+                terms[count++] = {&stages.start_rate, latest};
+                combine(stages.scene, {terms.data(), count}, stages.next);
             } else {
-                combine(scene(), {terms.data(), count}, {&stage_rate(i - 1), &velocity(), latest}, next());
+                combine(stages.scene, {terms.data(), count}, {&stage_rate(i - 1), velocity, latest}, stages.next);
             }
-            evaluate(next(), table_.c[static_cast<std::size_t>(i)], stage_rate(i));
+            velocity = &stages.evaluate(stages.next, table_.c[static_cast<std::size_t>(i)], stage_rate(i));
         }
-        close_rate(scene(), velocity(), next_rate());
+        close_rate(stages.scene, *velocity, stages.next_rate);
         std::array<Term, 7> terms;
         for (int i = 0; i < table_.stages; ++i)
             terms[static_cast<std::size_t>(i)] = {&stage_rate(i), dt * table_.error[static_cast<std::size_t>(i)]};
-        return norm(scene(), {terms.data(), static_cast<std::size_t>(table_.stages)});
+        return norm(stages.scene, {terms.data(), static_cast<std::size_t>(table_.stages)});
     }
 
     [[nodiscard]] double relaxation_step(double relaxation) const override { return table_.real_stability / relaxation; }
     [[nodiscard]] double courant_number() const override { return table_.real_stability / 4.0; }
+    [[nodiscard]] double evaluations(double, double) const override { return table_.stages - 1; }
     [[nodiscard]] int buffers() const override { return static_cast<int>(inner_rates_.size()); }
 
+private:
     Scheme scheme_;
     const Table& table_;
     std::vector<CellState> inner_rates_;
@@ -100,9 +101,8 @@ private:
 
 } // namespace
 
-std::unique_ptr<TimeStepper> make_runge_kutta(Scheme scheme, const Scene& scene, std::unique_ptr<EquilibriumSolver> solver,
-                                              const PassOptions& passes, State state) {
-    return std::make_unique<RungeKuttaStepper>(scheme, scene, std::move(solver), passes, std::move(state));
+std::unique_ptr<EmbeddedMethod> runge_kutta_method(Scheme scheme, const Grid& grid) {
+    return std::make_unique<RungeKuttaMethod>(scheme, grid);
 }
 
 } // namespace ductile::quasistatic

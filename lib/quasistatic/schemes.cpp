@@ -10,7 +10,9 @@ namespace {
 using enum SchemeKind;
 
 constexpr std::array table{
-    SchemeDescription{Scheme::euler, projection, "euler", "first-order projection, forward Euler", 16.0, 0},
+    SchemeDescription{Scheme::automatic, index_reduced, "auto", "bogacki-shampine, and chebyshev where plastic flow is stiff",
+                      47.0, 3},
+    SchemeDescription{Scheme::euler, projection, "euler", "first-order projection, forward Euler", 21.0, 0},
     SchemeDescription{Scheme::substepped, projection, "substepped", "first-order projection, substepped plasticity", 16.0, 0},
     SchemeDescription{Scheme::incremental, projection, "incremental", "second-order incremental projection", 16.0, 0},
     SchemeDescription{Scheme::extrapolated, projection, "extrapolated",

@@ -5,6 +5,7 @@ namespace ductile::quasistatic {
 
 /// The time integrators.
 enum class Scheme {
+    automatic,
     euler,
     substepped,
     incremental,

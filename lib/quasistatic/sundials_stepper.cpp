@@ -90,7 +90,7 @@ public:
                     const SundialsOptions& options, State state)
         : IndexReducedStepper(scene, std::move(solver), passes, std::move(state)), scheme_(scheme),
           packing_(scene.grid, internal_scale()), projection_(scene, this->solver()), stage_(scene.grid), stage_rate_(scene.grid),
-          force_(scene.grid), values_(packing_.size()) {
+          force_(scene.grid), values_(packing_.size()), tolerance_(options.fixed_steps ? 0.0 : options.tolerance) {
         const double tolerance = options.tolerance / std::sqrt(5.0);
         const auto f = [this](double t, std::span<const double> y, std::span<double> rate) { complete_rate(t, y, rate); };
         switch (scheme) {
@@ -151,7 +151,11 @@ private:
             put_into_equilibrium(next());
         evaluate(next(), 1.0, next_rate());
         close_rate(scene(), velocity(), next_rate());
-        return {};
+        if (tolerance_ > 0.0)
+            return {.stress = tolerance_};
+        // the trapezoidal rule's, whatever the method: an upper bound of those of higher order
+        return norm(scene(), std::array{Term{&next(), 1.0}, Term{&start(), -1.0}, Term{&start_rate(), -0.5 * dt},
+                                        Term{&next_rate(), -0.5 * dt}});
     }
 
     [[nodiscard]] double relaxation_step(double) const override { return std::numeric_limits<double>::infinity(); }
@@ -338,7 +342,8 @@ private:
     std::size_t interior_ = 0;
     Rk21Counts substeps_;
     long long preconditioner_solves_ = 0;
-    double length_ = 0.0; ///< of the attempted step
+    double length_ = 0.0;    ///< of the attempted step
+    double tolerance_ = 0.0; ///< of the error control of SUNDIALS; zero with fixed steps, which have none
 };
 
 } // namespace

@@ -15,6 +15,9 @@ struct StepAttempt {
     /// How good the step was, for the step control: Q* of the projection schemes (see Projection::apply), the estimated error of
     /// the index-reduced ones (largest of the norms (59) of sigma/s_Y and chi/chi_inf).
     double measure = 0.0;
+    /// Estimated error of the step in sigma/s_Y and chi/chi_inf, for AccuracyWatch: `measure` of the index-reduced schemes, see
+    /// ProjectionStepper for the others.
+    double error = 0.0;
     /// Longest next steps that are stable by the relaxation rate of the plastic flow and by advection, where the method knows.
     double relaxation_step = std::numeric_limits<double>::infinity();
     double advection_step = std::numeric_limits<double>::infinity();
@@ -55,6 +58,9 @@ public:
     [[nodiscard]] virtual PhaseSeconds phase_seconds() const = 0;
     /// Bytes of state, buffers and solver.
     [[nodiscard]] virtual std::size_t memory_bytes() const = 0;
+
+    /// Steps by the methods that took them, where a scheme has more than one.
+    [[nodiscard]] virtual std::vector<std::pair<Scheme, long long>> steps_by_scheme() const { return {}; }
 
     /// Hidden values of one scheme are nothing to another.
     [[nodiscard]] virtual Scheme scheme() const = 0;

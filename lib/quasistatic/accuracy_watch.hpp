@@ -1,0 +1,47 @@
+#pragma once
+#include <ductile/quasistatic/scene.hpp>
+#include <ductile/quasistatic/time_stepper.hpp>
+
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace ductile::quasistatic {
+
+/// What a run knows about its own accuracy, from every step and whatever rows it writes: the largest estimated error of a step
+/// (StepAttempt::error) and the largest residual of equilibrium (Projection: equilibrium_residual, looked at every few steps and
+/// at the end).
+///
+/// Errors of steps add up where the solution does not forget them, and grow where it localises; a single one of 0.1 s_Y is no
+/// answer any more, one of 0.01 must be known to whoever reads the numbers. The projection leaves a residual of round-off, or
+/// with the stiffness (S.20) one of up to 3e-4 where fields are smooth (16 cells a side, less on finer grids), which changes
+/// nothing; 2 % of cellwise noise in chi make it 0.06 and the stress 2 % wrong.
+class AccuracyWatch {
+public:
+    static constexpr double largest_error = 0.1;      ///< a step whose estimated error exceeds it ends the run
+    static constexpr double doubtful_error = 0.01;    ///< above it the summary warns
+    static constexpr double doubtful_residual = 1e-3; ///< above it the summary warns
+    static constexpr int residual_interval = 64;      ///< steps from one look at the residual to the next
+
+    explicit AccuracyWatch(const Scene& scene);
+
+    /// Takes note of an attempted step of length dt from `time`. Throws RunError (figure, time, what to change) where its
+    /// estimated error exceeds largest_error; the stepper then still has the state before it.
+    void judge(const StepAttempt& attempt, double time, double dt);
+    /// Takes note of an accepted state, unless it is none of those that are looked at.
+    void observe(const State& state, bool last);
+
+    /// Sentences for the end of the run, with figures and what to change.
+    [[nodiscard]] std::vector<std::string> warnings() const;
+
+    /// The numbers that a checkpoint must hold.
+    [[nodiscard]] std::vector<std::pair<std::string, double*>> hidden_numbers();
+
+private:
+    const Scene& scene_;
+    VectorField force_; // room for the residual
+    double error_ = 0.0, error_time_ = 0.0, error_step_ = 0.0;
+    double residual_ = 0.0, residual_time_ = 0.0;
+};
+
+} // namespace ductile::quasistatic

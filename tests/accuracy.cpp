@@ -1,0 +1,159 @@
+// What a run knows about its own errors: estimates of every scheme with fixed steps against the true errors, and what is said of
+// them.
+#include "fields.hpp"
+#include "messages.hpp"
+#include <ductile/base/error.hpp>
+#include <ductile/quasistatic/accuracy_watch.hpp>
+#include <ductile/quasistatic/combination.hpp>
+#include <ductile/quasistatic/index_reduced.hpp>
+#include <ductile/quasistatic/initial.hpp>
+#include <ductile/quasistatic/options.hpp>
+#include <ductile/quasistatic/step_control.hpp>
+
+#include <cmath>
+#include <doctest/doctest.h>
+#include <vector>
+
+using namespace ductile;
+using namespace ductile::quasistatic;
+
+namespace {
+
+constexpr double U = 2e-7, T = 35e4;
+constexpr int instants = 840; ///< of the reference
+
+double error_of(const Scene& scene, CellState& a, CellState& b) {
+    const CombinationNorm n = norm(scene, std::array{Term{&a, 1.0}, Term{&b, -1.0}});
+    return std::max(n.stress, n.internal / fields::stz.internal_scale());
+}
+
+std::vector<CellState> reference(const Scene& scene, const State& start) {
+    const auto stepper =
+        make_embedded(Scheme::dormand_prince, scene, fields::solver_for(scene), {.largest = 6, .tolerance = 1e-9}, 1e-7, start);
+    StepControl control(scene.grid, ErrorSteps{.tolerance = 1e-7, .order = 5});
+    control.start(stepper->time_scale());
+    std::vector<CellState> states{start.cells};
+    for (int n = 1; n <= instants; ++n) {
+        const double target = T * n / instants;
+        while (stepper->state().time < target) {
+            const double now = stepper->state().time;
+            const auto planned = control.next(now, target);
+            const auto step = StepControl::shortened(planned, now, stepper->limit_step(planned.dt));
+            try {
+                if (control.judge(step, stepper->attempt(step.dt, step.end)))
+                    stepper->accept();
+            } catch (const RunError&) {
+                REQUIRE(control.retry_shorter(step));
+            }
+        }
+        states.push_back(stepper->state().cells);
+    }
+    return states;
+}
+
+struct Outcome {
+    bool refused = false;
+    double estimate = 0.0, error = 0.0; ///< the largest of the run
+};
+
+/// A run of `steps` equal steps as the program makes it.
+Outcome fixed_run(Scheme scheme, const Scene& scene, const State& start, int steps, std::vector<CellState>& exact) {
+    Options options;
+    options.scheme = scheme;
+    options.step = StepChoice::fixed;
+    const auto stepper = make_time_stepper(options, scene, start);
+    AccuracyWatch watch(scene);
+    Outcome outcome;
+    const double dt = T / steps;
+    try {
+        for (int n = 1; n <= steps; ++n) {
+            const StepAttempt attempt = stepper->attempt(dt, T * n / steps);
+            watch.judge(attempt, stepper->state().time, dt);
+            stepper->accept();
+            CellState now = stepper->state().cells;
+            outcome.estimate = std::max(outcome.estimate, attempt.error);
+            outcome.error = std::max(outcome.error, error_of(scene, now, exact[static_cast<std::size_t>(instants / steps * n)]));
+        }
+    } catch (const RunError&) {
+        outcome.refused = true;
+    }
+    return outcome;
+}
+
+} // namespace
+
+TEST_SUITE("accuracy") {
+    TEST_CASE_FIXTURE(fields::OneThread, "a run with equal steps of any length ends right, or says that it does not") {
+        for (const Model model : {Model::reduced, Model::full}) {
+            const Scene scene = fields::scene_on({12, 10, 2.0, 2.0}, model, {U, 0.0});
+            const State start = initial_state(scene, initial_internal(scene.grid, PaperPattern{640. / 21000, 180. / 21000}, 0.0));
+            std::vector<CellState> exact = reference(scene, start);
+            for (const SchemeDescription& scheme : schemes()) {
+                if (scheme.scheme == Scheme::cvode_adams || scheme.scheme == Scheme::cvode_bdf || scheme.scheme == Scheme::ida)
+                    continue; // no equal steps
+                for (const int steps : {1, 2, 3, 4, 6, 10, 14, 20, 28, 42, 84, 168, 420, 840}) {
+                    const Outcome o = fixed_run(scheme.scheme, scene, start, steps, exact);
+                    CAPTURE(scheme.name);
+                    CAPTURE(steps);
+                    CAPTURE(o.estimate);
+                    CAPTURE(o.error);
+                    if (o.refused)
+                        continue;
+                    const bool warned = o.estimate > AccuracyWatch::doubtful_error;
+                    CHECK((warned || o.error < 0.013));
+                    if (o.error > 0.01) // where it matters the estimate has the size of the error
+                        CHECK(o.estimate > 0.1 * o.error);
+                    if (o.error < 5e-4)
+                        CHECK(!warned); // short steps are not suspected
+                }
+            }
+        }
+    }
+
+    TEST_CASE_FIXTURE(fields::OneThread, "what is known to be doubtful is said with figure, time and remedy") {
+        const Scene scene = fields::scene_on({8, 6, 2.0, 2.0}, Model::full, {U, 0.0});
+        AccuracyWatch watch(scene);
+        const double second = 1.0 / scene.units.time;
+        watch.judge({.error = 0.0099}, 10.0 * second, 2.0 * second);
+        CHECK(watch.warnings().empty());
+        watch.judge({.error = 0.034}, 20.0 * second, 3.0 * second);
+        watch.judge({.error = 0.021}, 30.0 * second, 4.0 * second);
+        REQUIRE(watch.warnings().size() == 1);
+        for (const char* part : {"0.034", "t = 20 s", "dt = 3 s", "--dt", "--tolerance"})
+            CHECK(contains(watch.warnings()[0], part));
+        const std::string message = message_of<RunError>([&] { watch.judge({.error = 0.11}, 40.0 * second, 5.0 * second); });
+        for (const char* part : {"0.11", "t = 40 s", "dt = 5 s", "--dt", "--tolerance"})
+            CHECK(contains(message, part));
+        CHECK_THROWS_AS(watch.judge({.error = std::nan("")}, 40.0, 5.0), RunError);
+        CHECK(watch.warnings().size() == 1);
+
+        // a stress out of equilibrium, at a step that is looked at, and at one that is not unless it is the last
+        State state = initial_state(scene, initial_internal(scene.grid, Uniform{0.03}, 0.0));
+        for (Field* f : {&state.cells.stress.tau, &state.cells.stress.p})
+            for (int j = 0; j < 6; ++j)
+                for (int i = 0; i < 8; ++i)
+                    (*f)(i, j) = f == &state.cells.stress.tau ? 1.0 : 0.01 * ((i + j) % 3);
+        fields::wrap(state.cells.stress.p);
+        fields::wrap(state.cells.stress.tau);
+        AccuracyWatch other(scene);
+        state.step = AccuracyWatch::residual_interval + 1;
+        state.time = 7.0 * second;
+        other.observe(state, false);
+        CHECK(other.warnings().empty());
+        other.observe(state, true);
+        REQUIRE(other.warnings().size() == 1);
+        CHECK(contains(other.warnings()[0], "t = 7 s"));
+        CHECK(contains(other.warnings()[0], "--operator exact"));
+        AccuracyWatch third(scene);
+        state.step = 5 * AccuracyWatch::residual_interval;
+        third.observe(state, false);
+        CHECK(third.warnings() == other.warnings());
+
+        // what a restart restores
+        AccuracyWatch again(scene);
+        const auto from = watch.hidden_numbers(), to = again.hidden_numbers();
+        for (std::size_t k = 0; k < from.size(); ++k)
+            *to[k].second = *from[k].second;
+        CHECK(again.warnings() == watch.warnings());
+    }
+}
