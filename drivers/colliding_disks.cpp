@@ -61,10 +61,13 @@ Problem make_disks(const DiskOptions& o, const Options& options) {
 
 int main(int argc, char** argv) {
     return io::run_main([&] {
-        // 1. options; a safety factor of 0.48765 gives the 6152 explicit steps of the paper
+        // 1. options; a safety factor of 0.48765 gives the 6152 explicit steps of the paper with --stable-step bar
         io::Program program("colliding_disks", "Two elastic disks that collide (material points).");
-        Options options{
-            .cell_size = 0.05, .dt = "0.24", .safety = 0.48765, .duration = 150.0, .snapshots = {0.0, 25.0, 75.0, 100.0, 150.0}};
+        Options options{.cell_size = 0.05,
+                        .implicit_dt = 0.24,
+                        .safety = 0.48765,
+                        .duration = 150.0,
+                        .snapshots = {0.0, 25.0, 75.0, 100.0, 150.0}};
         DiskOptions disks;
         declare(program, options);
         program.option("--young-modulus", disks.young_modulus, {"Disks", "Young's modulus E", "Pa", io::positive});

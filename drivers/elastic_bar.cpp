@@ -13,7 +13,7 @@ using namespace ductile::mpm;
 
 int main(int argc, char** argv) {
     return io::run_main([&] {
-        // 1. options; a safety factor of 0.484015 gives the 2108 explicit steps of the paper
+        // 1. options; a safety factor of 0.484015 gives the 2108 explicit steps of the paper with --stable-step bar
         io::Program program("elastic_bar", "A linear elastic bar in tension (material points).");
         Options options{.cell_size = 0.1, .safety = 0.484015, .duration = 10.2, .snapshots = {0.0, 10.2}};
         BarOptions bar{.poisson_ratio = 0.3};

@@ -12,7 +12,7 @@ using namespace ductile::mpm;
 
 int main(int argc, char** argv) {
     return io::run_main([&] {
-        // 1. options; a safety factor of 0.4778 gives the 5024 explicit steps of the paper
+        // 1. options; a safety factor of 0.4778 gives the 5024 explicit steps of the paper with --stable-step bar
         io::Program program("plastic_bar", "An elastoplastic bar in tension or compression (material points).");
         Options options{.cell_size = 0.1, .safety = 0.4778, .duration = 24.0, .snapshots = {0.0, 24.0}};
         BarOptions bar{.poisson_ratio = 0.3};

@@ -74,10 +74,13 @@ Problem make_billet(const BilletOptions& o, const Options& options) {
 
 int main(int argc, char** argv) {
     return io::run_main([&] {
-        // 1. options; a safety factor of 0.484015 gives the 99388 explicit steps of the paper
+        // 1. options; a safety factor of 0.484015 gives the 99388 explicit steps of the paper with --stable-step bar
         io::Program program("upsetting", "Upsetting of a steel cylinder (material points, axisymmetric).");
-        Options options{
-            .cell_size = 1e-3, .dt = "1e-4", .safety = 0.484015, .duration = 9.5e-3, .snapshots = {0.0, 3e-3, 6e-3, 9.5e-3}};
+        Options options{.cell_size = 1e-3,
+                        .implicit_dt = 1e-4,
+                        .safety = 0.484015,
+                        .duration = 9.5e-3,
+                        .snapshots = {0.0, 3e-3, 6e-3, 9.5e-3}};
         BilletOptions billet;
         declare(program, options);
         program.option("--young-modulus", billet.young_modulus, {"Billet", "Young's modulus E", "Pa", io::positive});

@@ -87,7 +87,7 @@ int main(int argc, char** argv) {
     return io::run_main([&] {
         // 1. options
         io::Program program("vibrating_bar", "An elastic bar in its first axial mode (material points).");
-        Options options{.cell_size = 1.0, .method = Method::midpoint, .dt = "0.05", .duration = 100.0};
+        Options options{.cell_size = 1.0, .method = Method::midpoint, .implicit_dt = 0.05, .duration = 100.0};
         BarOptions bar;
         declare(program, options);
         program.option("--young-modulus", bar.young_modulus, {"Bar", "Young's modulus E", "Pa", io::positive});

@@ -547,7 +547,85 @@ TEST_CASE("density follows the change of volume, out of the plane, too") {
                               : geometry == Geometry::plane_stress ? -0.3 / 0.7 * 0.01
                                                                    : 0.0;
         for (const double density : b.state.particles.density)
-            CHECK(density == doctest::Approx(10.0 / (1.01 + across)).epsilon(1e-12));
+            CHECK(density == doctest::Approx(10.0 / (1.01 * (1.0 + across))).epsilon(1e-12));
+    }
+}
+
+namespace {
+
+/// v = (a x + b y, c x + d y) at the nodes of a block of hat functions.
+std::vector<double> affine(const ActiveNodes& nodes, const Grid& grid, double a, double b, double c, double d) {
+    std::vector<double> v(nodes.components());
+    for (std::size_t n = 0; n < nodes.count(); ++n) {
+        const double x = grid.dx() * (nodes.lattice[n] % (grid.cells_x + 1)),
+                     y = grid.dy() * (nodes.lattice[n] / (grid.cells_x + 1));
+        v[2 * n] = a * x + b * y;
+        v[2 * n + 1] = c * x + d * y;
+    }
+    return v;
+}
+
+} // namespace
+
+TEST_CASE(
+    "the determinant of a step: both cross terms, the hoop, and stretches that turn on the way; cells twice as wide as high") {
+    const auto step = [](Geometry geometry, double a, double b, double c, double d) {
+        Block block{
+            .scene = {.geometry = geometry, .grid = {8, 8, 1.6, 0.8, 0.0, 0.0, {}}, .materials = {{law_named("elastic")}}},
+            .state = {}};
+        block.scene.finite_rotation = false;
+        add_body(block.state.particles, {.shape = rectangle(0.4, 0.2, 1.2, 0.6), .density = 10.0, .particles_per_side = 2},
+                 block.scene.grid, geometry);
+        const auto discretisation = make_discretisation(block.scene);
+        discretisation->prepare(block.state.particles, {});
+        const std::vector<double> v = affine(discretisation->nodes(), block.scene.grid, a, b, c, d);
+        const NodalMotion motion{v, v, v, false, 1.0};
+        const double smallest = discretisation->forecast(block.state.particles, motion).smallest_determinant;
+        discretisation->advance(block.state.particles, motion);
+        return std::pair{smallest, 10.0 / block.state.particles.density[0]};
+    };
+    for (const double cross : {0.05, -0.05}) { // F = (1.1, 0.2; cross, 0.9)
+        const auto [smallest, change] = step(Geometry::plane_strain, 0.1, 0.2, cross, -0.1);
+        CHECK(smallest == doctest::Approx(0.99 - 0.2 * cross).epsilon(1e-12));
+        CHECK(change == doctest::Approx(0.99 - 0.2 * cross).epsilon(1e-12));
+    }
+    const auto [ring, change_of_ring] = step(Geometry::axisymmetric, 0.1, 0.0, 0.0, -0.2);
+    CHECK(ring == doctest::Approx(1.1 * 1.1 * 0.8).epsilon(1e-12));
+    CHECK(change_of_ring == doctest::Approx(1.1 * 1.1 * 0.8).epsilon(1e-12));
+    // stretches -1 and -1: det F = 1, but 0 half way, whatever round-off makes of it
+    CHECK(step(Geometry::plane_strain, -2.0, 0.0, 0.0, -2.0).first <= 1e-12);
+    CHECK(step(Geometry::plane_strain, -2.5, 0.0, 0.0, -1.5).first < 0.0);
+    // both the radius and the hoop turn over
+    CHECK(step(Geometry::axisymmetric, -1.5, 0.0, 0.0, 0.0).first < 0.0);
+    // plane stress: the thickness strain is -0.3/0.7 (1.5 + 1.5)
+    CHECK(step(Geometry::plane_stress, 1.5, 0.0, 0.0, 1.5).first < 0.0);
+    // half a turn has an eigenvalue on no way: nothing folds
+    CHECK(step(Geometry::plane_strain, -0.5, -1.0, 1.0, -0.5).first == doctest::Approx(1.25).epsilon(1e-12));
+}
+
+TEST_CASE("magnitudes of nodal forces do not cancel: uniform tension in cells twice as wide as high") {
+    for (const ShapeFunction shape : all_shapes) {
+        Block b{.scene = {.grid = {8, 8, 1.6, 0.8, 0.0, 0.0, {}}, .shape = shape, .materials = {{law_named("elastic")}}},
+                .state = {}};
+        add_body(b.state.particles, {.shape = rectangle(0.4, 0.2, 1.2, 0.6), .density = 10.0, .particles_per_side = 2},
+                 b.scene.grid, Geometry::plane_strain);
+        for (double& s : b.state.particles.stress_yy)
+            s = 3.0;
+        const auto d = make_discretisation(b.scene);
+        d->prepare(b.state.particles, {});
+        std::vector<double> force(d->nodes().components()), magnitude(force.size());
+        d->internal_force(b.state.particles, force, magnitude);
+        double inside = 0.0, sum = 0.0;
+        for (std::size_t n = 0; n < d->nodes().count(); ++n) {
+            CHECK(magnitude[2 * n] == 0.0);
+            CHECK(magnitude[2 * n + 1] >= std::abs(force[2 * n + 1]) * (1.0 - 1e-14));
+            sum += magnitude[2 * n + 1];
+            inside = std::max(inside, magnitude[2 * n + 1]);
+        }
+        if (shape == ShapeFunction::linear) {
+            CHECK(inside == doctest::Approx(2.0 * 3.0 * 0.2).epsilon(1e-12)); // stress times the width of a cell, from both sides
+            CHECK(sum == doctest::Approx(2.0 * 3.0 * 0.32 / 0.1).epsilon(1e-12)); // V |dN/dy| twice a particle
+        }
     }
 }
 

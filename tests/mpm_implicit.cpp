@@ -305,6 +305,84 @@ TEST_CASE("no particle travels farther than two cells in a step") {
     CHECK(stepper->attempt(b.state, 0.19).accepted);
 }
 
+TEST_CASE("a linear scene scales with its load, by every solver, form and method") {
+    // stress of a bar's first step from a velocity, per velocity; a guess is never its own solution
+    const auto stress = [](SolverKind solver, const ImplicitScheme& scheme, double speed) {
+        Block b = block(ShapeFunction::linear);
+        b.scene.finite_rotation = false;
+        b.scene.grid.sides.bottom = SideCondition::slip;
+        for (std::size_t p = 0; p < b.state.particles.size(); ++p) {
+            b.state.particles.y[p] -= 0.2;
+            b.state.particles.velocity_y[p] = speed * std::sin(3.0 * b.state.particles.y[p]);
+        }
+        ImplicitOptions options{.scheme = scheme, .solver = solver};
+        const auto stepper = make_implicit_stepper(b.scene, options);
+        std::vector<double> scaled;
+        for (int n = 0; n < 3; ++n) {
+            const StepOutcome outcome = stepper->attempt(b.state, 0.005);
+            CAPTURE(outcome.reason);
+            REQUIRE(outcome.accepted);
+        }
+        CHECK(stepper->counts().linear_iterations >= 3);
+        for (std::size_t p = 0; p < b.state.particles.size(); ++p)
+            scaled.push_back(b.state.particles.stress_yy[p] / speed);
+        return scaled;
+    };
+    for (const ImplicitScheme& scheme :
+         {ImplicitScheme{}, {.method = ImplicitMethod::midpoint}, {.form = Form::momentum}, {.mu = 0.75}})
+        for (const SolverKind solver : {SolverKind::newton_cg, SolverKind::newton_gmres, SolverKind::kinsol_gmres,
+                                        SolverKind::kinsol_fgmres, SolverKind::kinsol_bicgstab, SolverKind::kinsol_cg}) {
+            if (scheme.form == Form::momentum && (solver == SolverKind::newton_cg || solver == SolverKind::kinsol_cg))
+                continue;
+            CAPTURE(static_cast<int>(solver));
+            // positions move with the speed: the reference is so slow that they stay
+            const std::vector<double> reference = stress(SolverKind::newton_gmres, scheme, 1e-4);
+            const double largest = std::abs(*std::max_element(reference.begin(), reference.end(),
+                                                              [](double x, double y) { return std::abs(x) < std::abs(y); }));
+            for (const double speed : {1e-12, 1e-9, 1e-6, 1e-4}) {
+                CAPTURE(speed);
+                const std::vector<double> scaled = stress(solver, scheme, speed);
+                for (std::size_t p = 0; p < scaled.size(); ++p)
+                    CHECK(std::abs(scaled[p] - reference[p]) <= 1e-4 * largest);
+            }
+        }
+}
+
+TEST_CASE("where no force acts no iteration is needed, and none follows from round-off") {
+    for (const ImplicitScheme& scheme : {ImplicitScheme{}, {.method = ImplicitMethod::midpoint}, {.form = Form::momentum}}) {
+        Block b = block(ShapeFunction::linear);
+        shake(b.state.particles, 0.02);
+        for (double& v : b.state.particles.velocity_x)
+            v = 0.1;
+        const auto stepper = make_implicit_stepper(b.scene, {.scheme = scheme});
+        for (int n = 0; n < 5; ++n)
+            REQUIRE(stepper->attempt(b.state, 0.001).accepted);
+        CHECK(stepper->counts().linear_iterations == 0);
+    }
+}
+
+TEST_CASE("body forces of implicit steps are those at t + mu dt; quasi-static particles take the nodes' velocity") {
+    for (const double mu : {1.0, 0.75, 0.5}) {
+        Block b = block(ShapeFunction::linear);
+        b.scene.body_force = [](std::int64_t, double, double, double time) { return std::array{0.0, 6.0 * time}; };
+        const auto stepper = make_implicit_stepper(b.scene, {.scheme = {.mu = mu}});
+        REQUIRE(stepper->attempt(b.state, 0.1).accepted);
+        for (const double v : b.state.particles.velocity_y) // free flight: dt b(mu dt)
+            CHECK(v == doctest::Approx(0.1 * 6.0 * mu * 0.1).epsilon(1e-6));
+    }
+    Block b = press("elastic");
+    for (std::size_t p = 0; p < b.state.particles.size(); ++p)
+        b.state.particles.velocity_x[p] = p % 2 == 0 ? 0.3 : -0.3; // of no meaning without inertia
+    const Particles before = b.state.particles;
+    const auto stepper = make_implicit_stepper(b.scene, {.scheme = {.method = ImplicitMethod::quasi_static}});
+    REQUIRE(stepper->attempt(b.state, 0.01).accepted);
+    for (std::size_t p = 0; p < before.size(); ++p) {
+        const auto q = static_cast<std::size_t>(b.state.particles.id[p]);
+        CHECK(b.state.particles.velocity_y[p] == doctest::Approx((b.state.particles.y[p] - before.y[q]) / 0.01).epsilon(1e-9));
+        CHECK(std::abs(b.state.particles.velocity_x[p]) < 0.15);
+    }
+}
+
 TEST_CASE("the scale of the root mean square loosens the tolerance by the root of the number of unknowns") {
     const auto iterations = [](ResidualScale scale, double factor) {
         Block b = press();

@@ -80,13 +80,33 @@ TEST_SUITE_BEGIN("mpm_programs");
 
 TEST_CASE("explicit runs take the paper's numbers of steps") {
     const scratch::Folder folder;
-    run_well("elastic_bar", {"--method", "explicit", "--output", folder / "elastic"});
+    run_well("elastic_bar", {"--method", "explicit", "--stable-step", "bar", "--output", folder / "elastic"});
     CHECK(summary(folder / "elastic")["steps"] == 2108);
-    run_well("plastic_bar", {"--method", "explicit", "--history-every", "100", "--output", folder / "plastic"});
+    run_well("plastic_bar",
+             {"--method", "explicit", "--stable-step", "bar", "--history-every", "100", "--output", folder / "plastic"});
     CHECK(summary(folder / "plastic")["steps"] == 5024);
-    run_well("colliding_disks", {"--method", "explicit", "--dt", "auto", "--history-every", "100", "--snapshots", "0", "--output",
-                                 folder / "disks"});
+    run_well("colliding_disks", {"--method", "explicit", "--stable-step", "bar", "--history-every", "100", "--snapshots", "0",
+                                 "--output", folder / "disks"});
     CHECK(summary(folder / "disks")["steps"] == 6152);
+}
+
+TEST_CASE("explicit steps choose a stable length by themselves; longer ones, and weights below 1/2, are warned of by number") {
+    const scratch::Folder folder;
+    run_well("elastic_bar",
+             {"--method", "explicit", "--poisson-ratio", "0.49", "--history-every", "100", "--output", folder / "bar"});
+    // (1 - nu)/((1 + nu)(1 - 2 nu)) = 17.1141: the paper's 2108 steps times its root, and sqrt(2) for square cells
+    CHECK(summary(folder / "bar")["warnings"].empty());
+    CHECK(summary(folder / "bar")["steps"].get<double>() == doctest::Approx(2108 * std::sqrt(2.0 * 17.1141)).epsilon(1e-3));
+    run_well("elastic_bar", {"--method", "explicit", "--stable-step", "bar", "--poisson-ratio", "0.49", "--duration", "0.01",
+                             "--output", folder / "long"});
+    CHECK(contains(summary(folder / "long")["warnings"].dump(), "2.83 times")); // 0.484015 sqrt(2 * 17.1141)
+    // the limit of explicit steps is 0.00484/0.484015/sqrt(2) = 0.00707 s, twice that for mu = 0.375
+    run_well("elastic_bar",
+             {"--mu", "0.375", "--poisson-ratio", "0", "--dt", "0.02", "--duration", "0.1", "--output", folder / "mu"});
+    CHECK(contains(summary(folder / "mu")["warnings"].dump(), "--mu 0.375"));
+    run_well("elastic_bar",
+             {"--mu", "0.375", "--poisson-ratio", "0", "--dt", "0.01", "--duration", "0.1", "--output", folder / "well"});
+    CHECK(summary(folder / "well")["warnings"].empty());
 }
 
 TEST_CASE("the elastic bar without lateral contraction has the stress of (3.1.1), whatever the step") {
@@ -118,7 +138,7 @@ TEST_CASE("the plastic bar under plane stress follows the uniaxial closed form w
 TEST_CASE("upsetting: explicit and implicit runs press the billet alike; failing steps are repeated and counted") {
     const scratch::Folder folder;
     const Arguments scene = {"--duration", "3e-3", "--snapshots", "", "--history-every", "10"};
-    run_well("upsetting", scene + Arguments{"--method", "explicit", "--dt", "auto", "--history-every", "200", "--output",
+    run_well("upsetting", scene + Arguments{"--method", "explicit", "--stable-step", "bar", "--history-every", "200", "--output",
                                             folder / "explicit"});
     run_well("upsetting", scene + Arguments{"--dt", "5e-5", "--output", folder / "implicit"});
     const nlohmann::json a = summary(folder / "explicit"), b = summary(folder / "implicit");
@@ -134,8 +154,8 @@ TEST_CASE("upsetting: explicit and implicit runs press the billet alike; failing
     CHECK(summary(folder / "long")["steps"].get<int>() >= 4);
     const nlohmann::json cut = summary(folder / "long");
     CHECK(cut.value("steps_cut_by_rigid_travel", 0) + cut.value("steps_ended_at_contact", 0) == cut["steps"].get<int>());
-    const Outcome outcome = run("upsetting", scene + Arguments{"--newton-iterations", "8", "--newton-tolerance", "1e-300",
-                                                               "--output", folder / "hopeless"});
+    const Outcome outcome = run("upsetting", scene + Arguments{"--newton-iterations", "8", "--residual-scale", "none",
+                                                               "--newton-tolerance", "1e-300", "--output", folder / "hopeless"});
     CHECK(outcome.status == 1);
     CHECK(contains(outcome.errors, "failed even with dt = "));
     CHECK(summary(folder / "hopeless")["status"] == "failed");
@@ -317,7 +337,8 @@ TEST_CASE("the automatic preconditioner: the tangent for long steps, sooner near
 }
 
 TEST_CASE("a run that cannot go on ends with status 1, says why, and leaves whole files") {
-    const Arguments hopeless = {"--newton-tolerance", "1e-300", "--newton-iterations", "3", "--krylov-vectors", "3"};
+    const Arguments hopeless = {"--residual-scale",    "none", "--newton-tolerance", "1e-300",
+                                "--newton-iterations", "3",    "--krylov-vectors",   "3"};
     for (const auto& [program, how, message] :
          {std::tuple{"elastic_bar", hopeless + Arguments{"--dt", "0.1"}, "failed even with dt = "},
           {"plastic_bar", hopeless + Arguments{"--dt", "0.1", "--form", "momentum"}, "failed even with dt = "},

@@ -34,7 +34,7 @@ BAR_STEPS = {"dt": 0.5, "dt-start": 0.005, "step-growth": 1.2}  # they meet the 
 
 DISK_RADIUS, DISK_SPEED, DISK_CENTRE, DISK_CELL = 0.2, 1e-3, 0.27, 0.05  # [m], [m/s] in x and in y; the centre is not printed
 PRINTED_IMPACT = 75.0                                                    # [s]
-DISKS = {"explicit": {"method": "explicit", "dt": "auto"}, "mu = 1, dt = 0.02438 s": {"dt": 0.02438},
+DISKS = {"explicit": {"method": "explicit", "dt": "auto", "stable-step": "bar"}, "mu = 1, dt = 0.02438 s": {"dt": 0.02438},
          "mu = 1, dt = 0.2438 s": {"dt": 0.2438}, "mu = 1, dt = 2.438 s": {"dt": 2.438},
          "midpoint, dt = 0.2438 s": {"method": "midpoint", "dt": 0.2438}}
 DRAWN_DISKS = "mu = 1, dt = 0.02438 s"
@@ -267,7 +267,7 @@ def triangulation(start, end, cell):
 
 def billets(run, results):
     ends = times([0, BILLET_END])
-    runs = {"explicit": run("upsetting", "billet-explicit", {"method": "explicit", "dt": "auto", "history-every": 50, "snapshots": ends})}
+    runs = {"explicit": run("upsetting", "billet-explicit", {"method": "explicit", "dt": "auto", "stable-step": "bar", "history-every": 50, "snapshots": ends})}
     runs |= {f"dt = {dt:g} s": run("upsetting", f"billet-{dt:g}", {"dt": dt, "snapshots": ends}) for dt in BILLET_STEPS}
     meshes = {cell: run("upsetting", f"billet-cell-{cell:g}", {"dt": REFINED_STEP, "cell-size": cell, "snapshots": ends})
               for cell in BILLET_CELLS[1:]}

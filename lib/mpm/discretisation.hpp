@@ -22,9 +22,11 @@ struct NodalMotion {
 
 /// What a velocity field would do to the particles.
 struct Forecast {
-    double smallest_determinant = 0.0; ///< of the deformation gradient I + dt grad v of the step, in the plane
-    double farthest_travel = 0.0;      ///< of a particle, in cells
-    std::ptrdiff_t leaving = -1;       ///< place in the arrays of a particle that would leave the grid, or -1
+    /// Of the deformation gradient I + dt grad v of the step with its stretch out of the plane; not positive where a material
+    /// line would turn over on the way to it.
+    double smallest_determinant = 0.0;
+    double farthest_travel = 0.0; ///< of a particle, in cells
+    std::ptrdiff_t leaving = -1;  ///< place in the arrays of a particle that would leave the grid, or -1
 
     /// NaN stays.
     void add_determinant(double determinant) {
@@ -54,10 +56,11 @@ public:
 
     /// f_i = -sum V_p grad N_i sigma_p, (2.2.9)-(2.2.10) with the particles' present stress and the volumes of prepare();
     /// in axisymmetry the x component gets -sum V_p N_i sigma_zz/r besides.
-    virtual void internal_force(const Particles& particles, std::span<double> force) const = 0;
+    /// `magnitudes`, unless empty, takes the sums of the magnitudes of the particles' forces, which do not cancel at a node.
+    virtual void internal_force(const Particles& particles, std::span<double> force, std::span<double> magnitudes = {}) const = 0;
     /// The same with the stress that a step of dt with this velocity would give, (2.4.7).
-    virtual void force_after(const Particles& particles, std::span<const double> velocity, double dt,
-                             std::span<double> force) const = 0;
+    virtual void force_after(const Particles& particles, std::span<const double> velocity, double dt, std::span<double> force,
+                             std::span<double> magnitudes = {}) const = 0;
     /// b_i of (2.2.8): the scene's body force at the given time, mapped to the nodes.
     virtual void body_force(const Particles& particles, double time, std::span<double> force) const = 0;
     /// M_c x with the consistent mass matrix (2.2.6), for both components.

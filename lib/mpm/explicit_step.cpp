@@ -1,6 +1,7 @@
 #include <ductile/base/error.hpp>
 #include <ductile/mpm/explicit_step.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
 
@@ -36,7 +37,9 @@ void ExplicitStep::advance(State& state, double dt) {
     }
     const std::span<const double> straining = momentum ? straining_ : motion_;
     check_travel(state, straining, dt);
-    d.advance(state.particles, {motion_, straining, increment_, false, dt});
+    const NodalMotion motion{motion_, straining, increment_, false, dt};
+    check_folding(state, motion);
+    d.advance(state.particles, motion);
     move_rigid_bodies(state.rigid_bodies, dt);
     state.time += dt;
     ++state.step;
@@ -54,6 +57,26 @@ void ExplicitStep::check_travel(const State& state, std::span<const double> velo
                                                       "does not bear"
                                                     : "",
                             form_ == Form::velocity ? " or --form momentum" : ""));
+}
+
+void ExplicitStep::check_folding(const State& state, const NodalMotion& motion) const {
+    // derivatives of a shape function add up to 4/h in magnitude at most (B-splines at a side): while velocities differ by less
+    // than h/(16 dt) each entry of dt grad v stays below 1/8
+    double low[2] = {}, high[2] = {};
+    for (std::size_t c = 0; c < motion.straining.size(); ++c) {
+        low[c % 2] = std::min(low[c % 2], motion.straining[c]);
+        high[c % 2] = std::max(high[c % 2], motion.straining[c]);
+    }
+    if (std::max(high[0] - low[0], high[1] - low[1]) * motion.dt < scene_.grid.smallest_spacing() / 16.0)
+        return;
+    if (const double smallest = discretisation_->forecast(state.particles, motion).smallest_determinant; !(smallest > 0.0))
+        throw RunError(fmt::format("step {} at t = {:.6g} s with dt = {:.6g} s would fold the grid: its deformation has the "
+                                   "determinant {:.3g} at a particle: use a smaller --dt",
+                                   state.step + 1, state.time, motion.dt, smallest));
+}
+
+double stability_limit(const Scene& scene, const Particles& particles) {
+    return 1.0 / (fastest_wave(scene, particles) * std::hypot(1.0 / scene.grid.dx(), 1.0 / scene.grid.dy()));
 }
 
 double explicit_step_size(const Scene& scene, const Particles& particles, double safety) {

@@ -24,8 +24,9 @@ class ExplicitStep {
 public:
     ExplicitStep(const Scene& scene, Form form);
 
-    /// One step of dt seconds. Throws RunError for a particle that has left the grid, and for a node that would move farther than
-    /// a cell (no number included); the state is as before then, but for the order of its particles.
+    /// One step of dt seconds. Throws RunError for a particle that has left the grid, for a node that would move farther than
+    /// a cell (no number included), and for a step that would fold the grid at a particle; the state is as before then, but for
+    /// the order of its particles.
     void advance(State& state, double dt);
 
     [[nodiscard]] const Discretisation& discretisation() const { return *discretisation_; }
@@ -34,6 +35,7 @@ public:
 
 private:
     void check_travel(const State& state, std::span<const double> velocity, double dt) const;
+    void check_folding(const State& state, const NodalMotion& motion) const;
 
     const Scene& scene_;
     Form form_;
@@ -41,7 +43,12 @@ private:
     aligned_vector<double> force_, external_, increment_, motion_, straining_;
 };
 
-/// The longest stable explicit step by the paper's measure: safety times the cell width over sqrt(E/rho) (0.48: Table I).
+/// A bound of the longest stable explicit step: 2/w with the largest frequency w of the grid, w^2 <= 4 c^2 (1/dx^2 + 1/dy^2),
+/// where c is the speed of the fastest wave. A mode that alternates from node to node along x, carried by particles where the hat
+/// functions of y are 1, has w = 2 c/dx; both directions add at a particle in a corner. Nodes of little mass need the momentum
+/// form.
+[[nodiscard]] double stability_limit(const Scene& scene, const Particles& particles);
+/// The step by the paper's measure: safety times the cell width over sqrt(E/rho) (0.48: Table I).
 [[nodiscard]] double explicit_step_size(const Scene& scene, const Particles& particles, double safety);
 
 } // namespace ductile::mpm

@@ -114,38 +114,68 @@ public:
 
 private:
     SolverResult solve() {
-        double scale = options_.scale == ResidualScale::none ? 1.0 : balance_.paper_scale();
+        double constant = options_.scale == ResidualScale::none ? 1.0 : balance_.paper_scale();
         if (options_.scale == ResidualScale::stiffness_rms)
-            scale *= std::sqrt(static_cast<double>(balance_.size()));
+            constant *= std::sqrt(static_cast<double>(balance_.size()));
+        const double least = balance_.round_off() / options_.newton.tolerance;
+        const auto residual = [&](std::span<const double> u, std::span<double> f) {
+            if (options_.scale == ResidualScale::forces)
+                return balance_.residual_and_forces(u, f) + least;
+            balance_.residual(u, f);
+            return constant;
+        };
         const bool preconditioned = preconditioner_.kind() != PreconditionerKind::none;
         const auto linearise = [&](std::span<const double> u) {
             balance_.linearise(u);
             preconditioner_.update(balance_);
         };
         const NonlinearSystem system{.size = balance_.size(),
-                                     .residual = [&](auto u, auto f) { balance_.residual(u, f); },
+                                     .residual = residual,
                                      .linearise = linearise,
                                      .jacobian_times = [&](auto s, auto js) { balance_.jacobian_times(s, js); },
                                      .precondition =
                                          preconditioned ? InPlaceMap([&](auto z) { preconditioner_.apply(z); }) : InPlaceMap(),
                                      .velocity_change = [&](auto s, auto w) { balance_.straining_change(s, w); }};
         if (kinsol_solver(options_.solver))
-            return solve_by_kinsol(system, scale);
-        return linear_ ? newton_.solve_linear(system, unknown_, scale, counts_) : newton_.solve(system, unknown_, scale, counts_);
+            return solve_by_kinsol(system);
+        return linear_ ? newton_.solve_linear(system, unknown_, counts_) : newton_.solve(system, unknown_, counts_);
     }
 
-    SolverResult solve_by_kinsol(const NonlinearSystem& system, double scale) {
+    /// KINSOL keeps one scale for all iterates: where the forces at its solution are smaller, it begins again from there.
+    SolverResult solve_by_kinsol(const NonlinearSystem& system) {
         residual_.resize(system.size);
-        system.residual(unknown_, residual_);
-        ++counts_.residual_evaluations;
-        const double now = norm(residual_) / scale;
-        if (now <= options_.newton.tolerance)
-            return {true, now, {}};
-        // the same goal as Newton's: KINSOL bounds the largest component, which is at least the norm / sqrt(size)
-        const double tolerance = options_.newton.tolerance / std::sqrt(static_cast<double>(system.size));
+        for (int pass = 0;; ++pass) {
+            const double scale = system.residual(unknown_, residual_), now = norm(residual_);
+            ++counts_.residual_evaluations;
+            if (now <= options_.newton.tolerance * scale)
+                return {true, now > 0.0 ? now / scale : 0.0, {}};
+            if (!std::isfinite(now))
+                return {false, now, "the residual is not finite"};
+            if (pass == 5)
+                return {false, now / scale,
+                        fmt::format("KINSOL left the residual {:.3g} in each of {} passes, the tolerance is {:.3g}", now / scale,
+                                    pass, options_.newton.tolerance)};
+            SolverResult result = run_kinsol(system, scale);
+            if (!result.converged || options_.scale != ResidualScale::forces)
+                return result;
+        }
+    }
+
+    /// The size of a component of u that matters: that of the guess, or, from rest, of what the forces make of it.
+    [[nodiscard]] double typical_unknown() const {
         double typical = 0.0;
         for (const double x : unknown_)
             typical = std::max(typical, std::abs(x));
+        if (typical > 0.0)
+            return typical;
+        if (options_.scheme.form == Form::momentum)
+            return norm(residual_);
+        return norm(residual_) / norm(balance_.nodes().mass);
+    }
+
+    SolverResult run_kinsol(const NonlinearSystem& system, double scale) {
+        // the same goal as Newton's: KINSOL bounds the largest component, which is at least the norm / sqrt(size)
+        const double tolerance = options_.newton.tolerance / std::sqrt(static_cast<double>(system.size));
         const auto scaled = [&](std::span<double> f) {
             for (double& x : f)
                 x /= scale;
@@ -168,7 +198,7 @@ private:
                 for (double& x : z)
                     x *= scale;
             };
-        const sundials::KinsolResult result = kinsol_.solve(scaled_system, unknown_, tolerance, typical > 0.0 ? typical : 1.0);
+        const sundials::KinsolResult result = kinsol_.solve(scaled_system, unknown_, tolerance, typical_unknown());
         counts_.newton_iterations += result.counts.iterations;
         counts_.linear_iterations += result.counts.linear_iterations;
         counts_.residual_evaluations += result.counts.residual_evaluations;

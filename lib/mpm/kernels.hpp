@@ -30,29 +30,43 @@ public:
 
     [[nodiscard]] const ActiveNodes& nodes() const override { return transfer_.nodes(); }
 
-    void internal_force(const Particles& particles, std::span<double> force) const override {
+    void internal_force(const Particles& particles, std::span<double> force, std::span<double> magnitudes) const override {
         std::fill(force.begin(), force.end(), 0.0);
+        std::fill(magnitudes.begin(), magnitudes.end(), 0.0);
         transfer_.for_each_run([&](const Run& run) {
-            Local sum{};
-            for (std::size_t p = begin(run); p < end(run); ++p)
-                subtract_force(sum, at(p), volume_[p] * stress_of(particles, p));
+            Local sum{}, magnitude{};
+            for (std::size_t p = begin(run); p < end(run); ++p) {
+                const Weights n = at(p);
+                const SymmetricTensor stress = volume_[p] * stress_of(particles, p);
+                subtract_force(sum, n, stress);
+                if (!magnitudes.empty())
+                    add_magnitude(magnitude, n, stress);
+            }
             scatter(run, sum, force);
+            if (!magnitudes.empty())
+                scatter(run, magnitude, magnitudes);
         });
     }
 
-    void force_after(const Particles& particles, std::span<const double> velocity, double dt,
-                     std::span<double> force) const override {
+    void force_after(const Particles& particles, std::span<const double> velocity, double dt, std::span<double> force,
+                     std::span<double> magnitudes) const override {
         std::fill(force.begin(), force.end(), 0.0);
+        std::fill(magnitudes.begin(), magnitudes.end(), 0.0);
         visit_runs([&]<bool rotate>(const Run& run, const auto& law, std::bool_constant<rotate>) {
             const Local v = gather(run, velocity);
-            Local sum{};
+            Local sum{}, magnitude{};
             for (std::size_t p = begin(run); p < end(run); ++p) {
                 const Weights n = at(p);
                 const PointStep step =
                     step_point<geometry, rotate>(law, stress_of(particles, p), particles.internal[p], gradient(v, n), dt);
-                subtract_force(sum, n, volume_[p] * step.stress);
+                const SymmetricTensor stress = volume_[p] * step.stress;
+                subtract_force(sum, n, stress);
+                if (!magnitudes.empty())
+                    add_magnitude(magnitude, n, stress);
             }
             scatter(run, sum, force);
+            if (!magnitudes.empty())
+                scatter(run, magnitude, magnitudes);
         });
     }
 
@@ -161,7 +175,7 @@ public:
                 for (std::size_t p = begin(run); p < end(run); ++p) {
                     const Weights n = at(p);
                     const VelocityGradient l = gradient(strained, n);
-                    part.add_determinant((1.0 + m.dt * l.xx) * (1.0 + m.dt * l.yy) - m.dt * l.xy * (m.dt * l.yx));
+                    part.add_determinant(determinant_on_the_way(l, m.dt, 1.0 + out_of_plane_strain(particles, p, l, m.dt)));
                     const Vector v = value_of(moved, n);
                     part.farthest_travel = std::max({part.farthest_travel, m.dt * std::abs(v.x) / transfer_.grid().dx(),
                                                      m.dt * std::abs(v.y) / transfer_.grid().dy()});
@@ -186,7 +200,8 @@ public:
                 const SymmetricTensor old = stress_of(particles, p);
                 const VelocityGradient l = gradient(strained, n);
                 const PointStep step = step_point<geometry, rotate>(law, old, particles.internal[p], l, m.dt);
-                update_energies(law, particles, p, rotate ? turned(old, spin(l, m.dt)) : old, step, heat_capacity);
+                update_energies(law, particles, p, rotate ? turned(old, spin(l, m.dt)) : old, step,
+                                plane_determinant(l, m.dt) * (1.0 + step.strain.zz), heat_capacity);
                 particles.stress_xx[p] = step.stress.xx;
                 particles.stress_yy[p] = step.stress.yy;
                 particles.stress_zz[p] = step.stress.zz;
@@ -323,6 +338,20 @@ private:
         }
     }
 
+    /// sum += |grad N : stress|, by components
+    [[gnu::DUCTILE_ALWAYS_INLINE]] static void add_magnitude(Local& sum, const Weights& n, const SymmetricTensor& stress) {
+        for (int i = 0; i < support; ++i) {
+            double xx = stress.xx * n.x.dw[i];
+            if constexpr (axisymmetric)
+                xx += stress.zz * n.inverse_radius * n.x.w[i];
+            const double xy = stress.xy * n.x.w[i], yx = stress.xy * n.x.dw[i], yy = stress.yy * n.x.w[i];
+            for (int j = 0; j < support; ++j) {
+                sum.x[j * support + i] += std::abs(xx * n.y.w[j] + xy * n.y.dw[j]);
+                sum.y[j * support + i] += std::abs(yx * n.y.w[j] + yy * n.y.dw[j]);
+            }
+        }
+    }
+
     [[gnu::DUCTILE_ALWAYS_INLINE]] static void add_value(Local& sum, const Weights& n, double x, double y) {
         for (int j = 0; j < support; ++j)
             for (int i = 0; i < support; ++i) {
@@ -368,13 +397,26 @@ private:
         }
     }
 
+    double out_of_plane_strain(const Particles& particles, std::size_t p, const VelocityGradient& l, double dt) const {
+        if constexpr (geometry == Geometry::plane_strain)
+            return 0.0;
+        if constexpr (axisymmetric)
+            return dt * l.hoop;
+        const SymmetricTensor old = stress_of(particles, p);
+        const SymmetricTensor start = scene_.finite_rotation ? turned(old, spin(l, dt)) : old;
+        return std::visit(
+            [&](const auto& law) { return strain_increment<geometry>(law, start, particles.internal[p], l, dt).zz; },
+            scene_.materials[static_cast<std::size_t>(particles.material[p])].law);
+    }
+
+    /// `determinant` is that of the step's deformation.
     template <class Law>
     static void update_energies(const Law& law, Particles& particles, std::size_t p, const SymmetricTensor& start,
-                                const PointStep& step, double heat_capacity) {
+                                const PointStep& step, double determinant, double heat_capacity) {
         const double density = particles.density[p];
         // the stress of (2.2.16) is the mean of the step's: second order
         particles.energy[p] += 0.5 * contraction(start + step.stress, step.strain) / density;
-        particles.density[p] = density / (1.0 + trace(step.strain));
+        particles.density[p] = density / determinant;
         if constexpr (!Law::linear)
             if (heat_capacity > 0.0) {
                 const SymmetricTensor plastic = step.strain - elastic_strain(law.elasticity(), step.stress - start);

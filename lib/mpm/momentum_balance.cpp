@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <limits>
 
 namespace ductile::mpm {
 
@@ -22,6 +23,7 @@ MomentumBalance::MomentumBalance(const Scene& scene, const ImplicitScheme& schem
 void MomentumBalance::prepare(State& state, double dt) {
     state_ = &state;
     dt_ = dt;
+    largest_wave_speed_ = fastest_wave(scene_, state.particles);
     Discretisation& d = *discretisation_;
     d.prepare(state.particles, state.rigid_bodies);
     const ActiveNodes& n = d.nodes();
@@ -32,10 +34,16 @@ void MomentumBalance::prepare(State& state, double dt) {
         guess_[c] = momentum() ? n.mass[c / 2] * n.velocity[c] : n.velocity[c];
     // known = dt [(1 - mu) f^k + b]
     d.body_force(state.particles, state.time + scheme_.mu * dt, known_);
+    known_magnitudes_.resize(size);
+    for (std::size_t c = 0; c < size; ++c)
+        known_magnitudes_[c] = dt * std::abs(known_[c]);
     if (scheme_.mu < 1.0) {
-        d.internal_force(state.particles, work_);
-        for (std::size_t c = 0; c < size; ++c)
+        magnitudes_.resize(size);
+        d.internal_force(state.particles, work_, magnitudes_);
+        for (std::size_t c = 0; c < size; ++c) {
             known_[c] += (1.0 - scheme_.mu) * work_[c];
+            known_magnitudes_[c] += dt * (1.0 - scheme_.mu) * magnitudes_[c];
+        }
     }
     for (double& x : known_)
         x *= dt;
@@ -71,10 +79,32 @@ void MomentumBalance::find_straining_velocity(std::span<const double> u) {
         velocity_[c] += n.velocity[c];
 }
 
-void MomentumBalance::residual(std::span<const double> u, std::span<double> f) {
+void MomentumBalance::residual(std::span<const double> u, std::span<double> f) { evaluate(u, f, {}); }
+
+double MomentumBalance::residual_and_forces(std::span<const double> u, std::span<double> f) {
+    magnitudes_.resize(size());
+    evaluate(u, f, magnitudes_);
+    double sum = 0.0;
+    for (std::size_t c = 0; c < size(); ++c) {
+        const double impulse = known_magnitudes_[c] + dt_ * scheme_.mu * magnitudes_[c];
+        sum += impulse * impulse;
+    }
+    return std::sqrt(sum);
+}
+
+double MomentumBalance::round_off() const {
+    const ActiveNodes& n = nodes();
+    double sum = 0.0;
+    for (std::size_t c = 0; c < n.components(); ++c)
+        sum += std::pow(n.mass[c / 2] * n.velocity[c], 2);
+    const double cells = 2.0 * largest_wave_speed_ * dt_ / scene_.grid.smallest_spacing();
+    return 10.0 * std::numeric_limits<double>::epsilon() * (1.0 + cells * cells) * std::sqrt(sum);
+}
+
+void MomentumBalance::evaluate(std::span<const double> u, std::span<double> f, std::span<double> magnitudes) {
     const ActiveNodes& n = nodes();
     find_straining_velocity(u);
-    discretisation_->force_after(state_->particles, velocity_, dt_, f);
+    discretisation_->force_after(state_->particles, velocity_, dt_, f, magnitudes);
     for (std::size_t c = 0; c < u.size(); ++c) {
         const double inert = inertia() ? (momentum() ? change_[c] : n.mass[c / 2] * change_[c]) : 0.0;
         f[c] = n.prescribed[c] ? 0.0 : inert - dt_ * scheme_.mu * f[c] - known_[c];

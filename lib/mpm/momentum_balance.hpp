@@ -45,6 +45,15 @@ public:
     [[nodiscard]] double paper_scale() const;
 
     void residual(std::span<const double> u, std::span<double> f);
+    /// The same, and the norm of the impulses of the forces that act in a step with this u, as large as they are before they
+    /// cancel:
+    ///   dt [(1 - mu) |f|^k + mu |f(sigma(w))| + |b|]
+    /// at all nodes, held ones included, where |f| sums the magnitudes of the particles' forces. A load twice as large makes it
+    /// twice as large; it does not vanish at rest, nor where a body is in equilibrium.
+    [[nodiscard]] double residual_and_forces(std::span<const double> u, std::span<double> f);
+    /// What arithmetic leaves of a residual that should be nothing, by order of magnitude: ten units of round-off in
+    /// (1 + (2 c dt/h)^2) M v^k, the momentum and what straining by it does to a stiffness of at most 4 M (c/h)^2.
+    [[nodiscard]] double round_off() const;
     /// Fixes the u of jacobian_times().
     void linearise(std::span<const double> u);
     /// js = J s: J = M + mu kappa dt^2 K, or I + mu kappa dt^2 K M^-1 M_c M^-1, with the consistent tangent.
@@ -72,6 +81,7 @@ private:
     [[nodiscard]] bool inertia() const { return scheme_.method != ImplicitMethod::quasi_static; }
     /// change_ = u - guess, and in velocity_ the velocity that strains the particles then.
     void find_straining_velocity(std::span<const double> u);
+    void evaluate(std::span<const double> u, std::span<double> f, std::span<double> magnitudes);
 
     const Scene& scene_;
     ImplicitScheme scheme_;
@@ -79,7 +89,9 @@ private:
     std::unique_ptr<Discretisation> discretisation_;
     const State* state_ = nullptr;
     double dt_ = 0.0;
+    double largest_wave_speed_ = 0.0;
     aligned_vector<double> guess_, known_, change_, velocity_, work_, motion_, increment_;
+    aligned_vector<double> magnitudes_, known_magnitudes_; // of internal forces; of dt [(1 - mu) f^k + b]
 };
 
 } // namespace ductile::mpm

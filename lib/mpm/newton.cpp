@@ -21,7 +21,7 @@ double NewtonKrylov::evaluate(const NonlinearSystem& system, std::span<const dou
     trial_f_.resize(u.size());
     for (std::size_t i = 0; i < u.size(); ++i)
         trial_[i] = u[i] + length * step_[i];
-    system.residual(trial_, trial_f_);
+    trial_scale_ = system.residual(trial_, trial_f_);
     ++counts.residual_evaluations;
     return norm(trial_f_);
 }
@@ -68,6 +68,7 @@ bool NewtonKrylov::search(const NonlinearSystem& system, std::span<double> u, do
     const auto accept = [&] {
         std::copy(trial_.begin(), trial_.end(), u.begin());
         f_.swap(trial_f_);
+        scale_ = trial_scale_;
         return true;
     };
     double now = evaluate(system, u, 1.0, counts);
@@ -115,29 +116,29 @@ bool NewtonKrylov::search(const NonlinearSystem& system, std::span<double> u, do
     return false;
 }
 
-SolverResult NewtonKrylov::solve(const NonlinearSystem& system, std::span<double> u, double scale, SolverCounts& counts) {
+SolverResult NewtonKrylov::solve(const NonlinearSystem& system, std::span<double> u, SolverCounts& counts) {
     f_.resize(u.size());
-    system.residual(u, f_);
+    scale_ = system.residual(u, f_);
     ++counts.residual_evaluations;
     double now = norm(f_), forcing = options_.linear_tolerance;
     for (int iteration = 0;; ++iteration) {
-        if (now <= options_.tolerance * scale)
-            return {true, now / scale, {}};
+        if (now <= options_.tolerance * scale_)
+            return {true, now > 0.0 ? now / scale_ : 0.0, {}};
         if (!std::isfinite(now))
             return {false, now, "the residual is not finite"};
         if (iteration == options_.largest_newton_iterations)
-            return {false, now / scale,
+            return {false, now / scale_,
                     fmt::format("Newton's method needs more than {} iterations: the residual is {:.3g}, the tolerance {:.3g}",
-                                iteration, now / scale, options_.tolerance)};
+                                iteration, now / scale_, options_.tolerance)};
         find_step(system, u, forcing, options_.largest_linear_iterations, counts);
         ++counts.newton_iterations;
         const double before = now;
         if (!search(system, u, before, counts))
             return {
-                false, before / scale,
+                false, before / scale_,
                 fmt::format("the line search found no step that helps: the residual is {:.3g} after {} Newton iterations, the "
                             "tolerance {:.3g}",
-                            before / scale, iteration + 1, options_.tolerance)};
+                            before / scale_, iteration + 1, options_.tolerance)};
         now = norm(f_);
         if (options_.eisenstat_walker) {
             const double ratio = now / before, safeguard = 0.9 * forcing * forcing;
@@ -145,30 +146,31 @@ SolverResult NewtonKrylov::solve(const NonlinearSystem& system, std::span<double
             if (safeguard > 0.1)
                 next = std::max(next, safeguard);
             // no smaller than what the nonlinear tolerance can use
-            next = std::max(next, 0.5 * options_.tolerance * scale / std::max(now, 1e-300));
+            next = std::max(next, 0.5 * options_.tolerance * scale_ / std::max(now, 1e-300));
             forcing = std::clamp(next, 1e-8, options_.linear_tolerance);
         }
     }
 }
 
-SolverResult NewtonKrylov::solve_linear(const NonlinearSystem& system, std::span<double> u, double scale, SolverCounts& counts) {
+SolverResult NewtonKrylov::solve_linear(const NonlinearSystem& system, std::span<double> u, SolverCounts& counts) {
     f_.resize(u.size());
-    system.residual(u, f_);
+    scale_ = system.residual(u, f_);
     ++counts.residual_evaluations;
     double now = norm(f_);
     constexpr int largest_cycles = 100;
-    for (int cycle = 0; !(now <= options_.tolerance * scale); ++cycle) {
+    for (int cycle = 0; !(now <= options_.tolerance * scale_); ++cycle) {
         if (cycle == largest_cycles || !std::isfinite(now))
-            return {false, now / scale,
+            return {false, now / scale_,
                     fmt::format(
                         "the linear solver left the residual {:.3g} after {} cycles of {} iterations, the tolerance is {:.3g}",
-                        now / scale, cycle, options_.largest_linear_iterations, options_.tolerance)};
-        find_step(system, u, 0.5 * options_.tolerance * scale / now, options_.largest_linear_iterations, counts);
+                        now / scale_, cycle, options_.largest_linear_iterations, options_.tolerance)};
+        find_step(system, u, 0.5 * options_.tolerance * scale_ / now, options_.largest_linear_iterations, counts);
         now = evaluate(system, u, 1.0, counts);
         std::copy(trial_.begin(), trial_.end(), u.begin());
         f_.swap(trial_f_);
+        scale_ = trial_scale_;
     }
-    return {true, now / scale, {}};
+    return {true, now > 0.0 ? now / scale_ : 0.0, {}};
 }
 
 } // namespace ductile::mpm

@@ -11,7 +11,8 @@ namespace ductile::mpm {
 /// F(u) = 0 with its derivative; what MomentumBalance offers, and what the solvers below and KINSOL's need.
 struct NonlinearSystem {
     std::size_t size = 0;
-    std::function<void(std::span<const double> u, std::span<double> f)> residual = {};
+    /// F, and what its norm is measured by at this u.
+    std::function<double(std::span<const double> u, std::span<double> f)> residual = {};
     std::function<void(std::span<const double> u)> linearise = {}; ///< fixes the u of jacobian_times
     LinearMap jacobian_times = {};
     InPlaceMap precondition = {}; ///< an approximation of the inverse of J; may be empty
@@ -56,16 +57,17 @@ struct SolverResult {
 };
 
 /// Newton's method, Algorithm 1, with a Krylov method for its linear systems: Newton-CG and Newton-GMRES of the paper, and better
-/// ones. Ends at |F|/scale <= tolerance, which is tested before the first iteration, too.
+/// ones. Ends at |F|/scale <= tolerance with the scale at the same u, which is tested before the first iteration, too: a guess is
+/// a solution only if its own residual says so.
 class NewtonKrylov {
 public:
     explicit NewtonKrylov(const NewtonOptions& options) : options_(options) {}
 
     /// `u` holds the initial guess, then the solution (or the last iterate). Adds to `counts`.
-    SolverResult solve(const NonlinearSystem& system, std::span<double> u, double scale, SolverCounts& counts);
+    SolverResult solve(const NonlinearSystem& system, std::span<double> u, SolverCounts& counts);
     /// One linear solve to the tolerance instead, for systems that are linear; in cycles of the largest number of linear
     /// iterations.
-    SolverResult solve_linear(const NonlinearSystem& system, std::span<double> u, double scale, SolverCounts& counts);
+    SolverResult solve_linear(const NonlinearSystem& system, std::span<double> u, SolverCounts& counts);
 
 private:
     LinearResult find_step(const NonlinearSystem& system, std::span<const double> u, double tolerance, int iterations,
@@ -76,6 +78,7 @@ private:
 
     NewtonOptions options_;
     Krylov krylov_;
+    double scale_ = 1.0, trial_scale_ = 1.0; // of f_ and of trial_f_
     aligned_vector<double> f_, negative_f_, step_, velocity_change_, trial_, trial_f_, shifted_;
 };
 

@@ -39,12 +39,18 @@ void declare_time(io::Program& program, Options& o) {
                    help("weight of the force at the end of the step, --method implicit", "", io::between(0.0, 1.0)));
     program.number_or_auto(
         "--dt", o.dt,
-        help("step, auto: the longest stable one for --method explicit, a hundred times that otherwise", "s", io::positive));
+        help(fmt::format("step, auto: a stable one for --method explicit, otherwise {}",
+                         o.implicit_dt > 0.0 ? fmt::format("{:g}", o.implicit_dt)
+                                             : std::string("a hundred times --safety times the cell size over sqrt(E/rho)")),
+             "s", io::positive));
     program.number_or_auto("--dt-start", o.dt_start, help("first step, auto: --dt", "s", io::positive));
     program.option("--step-growth", o.step_growth, help("largest growth from step to step", "", io::at_least(1.0)));
     program.option("--many-newton", o.many_newton,
                    help("Newton iterations of a step above which the next one is 0.7 times as long", "", io::at_least(1)));
-    program.option("--safety", o.safety, help("the longest stable step is this times the cell size over sqrt(E/rho)"));
+    program.choice("--stable-step", o.stable_step, {{"dilatation", StableStep::dilatation}, {"bar", StableStep::bar}},
+                   help("measure of --dt auto for --method explicit: 1/(c sqrt(1/dx^2 + 1/dy^2)) with the speed c of the fastest "
+                        "wave, or the paper's, the cell size over sqrt(E/rho)"));
+    program.option("--safety", o.safety, help("an explicit step is this times its measure"));
 }
 
 void declare_solver(io::Program& program, Options& o) {
@@ -82,9 +88,12 @@ void declare_solver(io::Program& program, Options& o) {
     program.option("--newton-iterations", o.newton_iterations, help("of a step at most", "", io::between(1, 100'000)));
     program.choice(
         "--residual-scale", o.residual_scale,
-        {{"stiffness", ResidualScale::stiffness}, {"stiffness-rms", ResidualScale::stiffness_rms}, {"none", ResidualScale::none}},
-        help("what the residual's 2-norm is divided by: E dx dy dt, that times the root of the number of "
-             "unknowns, or nothing"));
+        {{"forces", ResidualScale::forces},
+         {"stiffness", ResidualScale::stiffness},
+         {"stiffness-rms", ResidualScale::stiffness_rms},
+         {"none", ResidualScale::none}},
+        help("what the residual's 2-norm is divided by: the impulses of the forces that act in the step; or as in the paper, "
+             "whatever the load, E dx dy dt, that times the root of the number of unknowns, or nothing"));
     program.option("--always-newton", o.always_newton, help("Newton's loop for linear scenes, too, which need one linear solve"));
 }
 
@@ -116,8 +125,11 @@ Form form_of(const Options& o) {
 }
 
 double target_step(const Options& o, const Scene& scene, const State& start) {
-    const double stable = explicit_step_size(scene, start.particles, o.safety);
-    return number_or_auto(o.dt, "--dt", o.method == Method::explicit_steps ? stable : 100.0 * stable);
+    const double bar = explicit_step_size(scene, start.particles, o.safety);
+    double automatic = o.implicit_dt > 0.0 ? o.implicit_dt : 100.0 * bar;
+    if (o.method == Method::explicit_steps)
+        automatic = o.stable_step == StableStep::bar ? bar : o.safety * stability_limit(scene, start.particles);
+    return number_or_auto(o.dt, "--dt", automatic);
 }
 
 /// Of the materials that a nearly incompressible one makes stiff: none in plane stress.
@@ -170,6 +182,23 @@ int cells_along(double length, const Options& options, const std::string& what, 
         throw InputError(
             fmt::format("--cell-size {}: it must divide {}, {:g} m, into {} or more", options.cell_size, what, length, at_least));
     return static_cast<int>(std::round(cells));
+}
+
+std::vector<std::string> step_warnings(const Options& o, const Scene& scene, const State& state, double dt) {
+    const bool is_explicit = o.method == Method::explicit_steps;
+    if (!is_explicit && !(o.method == Method::implicit && o.mu < 0.5))
+        return {};
+    const double weight = is_explicit ? 0.0 : o.mu;
+    const double limit = stability_limit(scene, state.particles) / std::sqrt(1.0 - 2.0 * weight);
+    if (!(dt > limit))
+        return {};
+    return {is_explicit
+                ? fmt::format("--dt is {:.4g} s, {:.3g} times the {:.4g} s up to which --method explicit is stable for sure: "
+                              "the energy may grow without bound; choose --dt auto or a smaller number",
+                              dt, dt / limit, limit)
+                : fmt::format("--dt is {:.4g} s, {:.3g} times the {:.4g} s up to which --mu {:g} is stable for sure: the energy "
+                              "may grow without bound; choose a smaller --dt, or --mu 0.5 or more, stable for any step",
+                              dt, dt / limit, limit, o.mu)};
 }
 
 std::unique_ptr<TimeStepper> make_time_stepper(const Options& o, const Scene& scene, const State& start) {
@@ -229,7 +258,7 @@ std::string describe(const Options& o, const Scene& scene, const State& start, c
                      const TimeStepper& stepper) {
     const char* geometries[] = {"plane strain", "plane stress", "axisymmetric"};
     const char* shapes[] = {"linear", "GIMP", "quadratic B-spline"};
-    const double stable = explicit_step_size(scene, start.particles, o.safety);
+    const double stable = stability_limit(scene, start.particles);
     std::size_t rigid = 0;
     for (const RigidBody& body : start.rigid_bodies)
         rigid += body.x.size();
@@ -239,7 +268,7 @@ std::string describe(const Options& o, const Scene& scene, const State& start, c
     return fmt::format("grid      {} x {} cells of {:g} m, {}, {} shape functions\n"
                        "particles {} deformable, {} rigid; {}\n"
                        "{}"
-                       "method    {}, {} form; dt = {:.6g} s ({:.3g} times the stable explicit step), {:.6g} s to go\n"
+                       "method    {}, {} form; dt = {:.6g} s ({:.3g} times what explicit steps bear), {:.6g} s to go\n"
                        "memory    about {:.0f} MB\n",
                        scene.grid.cells_x, scene.grid.cells_y, scene.grid.dx(), geometries[static_cast<int>(scene.geometry)],
                        shapes[static_cast<int>(scene.shape)], start.particles.size(), rigid,
@@ -256,8 +285,9 @@ int run_program(const io::Program& program, const Options& options, const Proble
     StepControl control = make_step_control(options, problem.scene, problem.start);
     const auto stepper = make_time_stepper(options, problem.scene, problem.start);
     const RunOptions run_options = make_run_options(options, state);
+    const std::vector<std::string> known = step_warnings(options, problem.scene, state, control.options().target);
     program.say(describe(options, problem.scene, state, control, *stepper));
-    std::vector<std::string> warnings;
+    std::vector<std::string> warnings = known;
     for (MaterialNumbers numbers : material_numbers(problem.scene, problem.start.particles, problem.start.rigid_bodies)) {
         if (options.method == Method::quasi_static)
             numbers.speed = 0.0; // nothing has inertia
@@ -265,7 +295,12 @@ int run_program(const io::Program& program, const Options& options, const Proble
             warnings.push_back(doubt);
     }
     const auto body = [&](const io::OutputFolder& folder, io::RunSummary& summary) {
-        return run(problem, state, *stepper, control, run_options, program, folder, checkpoint ? &*checkpoint : nullptr, summary);
+        const io::RunStatus status = run(problem, state, *stepper, control, run_options, program, folder,
+                                         checkpoint ? &*checkpoint : nullptr, summary);
+        if (known.empty()) // what has been pressed together, and so become denser in cells, may have outgrown the limit since
+            for (const std::string& warning : step_warnings(options, problem.scene, state, control.options().target))
+                summary.warnings.push_back("at the end of the run " + warning);
+        return status;
     };
     return program.run(body, warnings);
 }

@@ -13,6 +13,11 @@ namespace ductile::mpm {
 
 enum class Method { explicit_steps, implicit, midpoint, quasi_static };
 enum class FormChoice { velocity, momentum, automatic };
+/// By which wave an explicit step is measured.
+enum class StableStep {
+    dilatation, ///< the fastest: stability_limit()
+    bar         ///< sqrt(E/rho) over the smaller side of a cell, the paper's
+};
 enum class PreconditionerChoice { none, diagonal, tangent, automatic };
 
 /// The options that all material point programs share, in SI. Programs set their own defaults before declare().
@@ -25,6 +30,8 @@ struct Options {
     FormChoice form = FormChoice::automatic;
     double mu = 1.0;
     std::string dt = "auto", dt_start = "auto"; ///< seconds, or "auto"
+    double implicit_dt = 0.0;                   ///< [s] what auto means for implicit methods; 0: a hundred of the paper's steps
+    StableStep stable_step = StableStep::dilatation;
     double safety = 0.48;
     double step_growth = 1.2;
     int many_newton = 30;
@@ -38,7 +45,7 @@ struct Options {
     std::string linear_tolerance = "auto"; ///< relative, or "auto" for Eisenstat and Walker's forcing
     int krylov_vectors = 50;
     int newton_iterations = 50;
-    ResidualScale residual_scale = ResidualScale::stiffness;
+    ResidualScale residual_scale = ResidualScale::forces;
     bool always_newton = false;
 
     double duration = 0.0;
@@ -52,6 +59,12 @@ void declare(io::Program& program, Options& options);
 /// How many cells of --cell-size a length [m] of the scene takes. Throws InputError, naming `what` has that length, unless they
 /// are whole, and at least so many.
 [[nodiscard]] int cells_along(double length, const Options& options, const std::string& what, int at_least = 1);
+
+/// What is doubtful about steps of dt seconds in this state: beyond what keeps the method stable. Explicit steps:
+/// stability_limit() = 2/w. The implicit method with the weight mu below 1/2 and strain from v^L has, with z = (w dt)^2, an
+/// amplification matrix of trace 1 + (1 - z)/(1 + mu z) and determinant 1/(1 + mu z): stable where |trace| <= 1 + determinant,
+/// for w dt <= 2/sqrt(1 - 2 mu).
+[[nodiscard]] std::vector<std::string> step_warnings(const Options& options, const Scene& scene, const State& state, double dt);
 
 /// The integrator that the options ask for. Throws InputError for combinations that cannot work.
 [[nodiscard]] std::unique_ptr<TimeStepper> make_time_stepper(const Options& options, const Scene& scene, const State& start);

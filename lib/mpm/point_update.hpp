@@ -4,6 +4,8 @@
 #include <ductile/material/stress_law.hpp>
 #include <ductile/mpm/grid.hpp>
 
+#include <algorithm>
+
 namespace ductile::mpm {
 
 /// The gradient of the velocity at a particle: xy = d(v_x)/dy; hoop = v_r/r in axisymmetry.
@@ -57,6 +59,27 @@ template <Geometry geometry, class Law>
     if constexpr (geometry == Geometry::plane_stress)
         strain.zz = plane_stress_strain(law, start, strain, internal, dt);
     return strain;
+}
+
+/// The determinant of the deformation I + dt grad v of a step in the plane.
+[[gnu::DUCTILE_ALWAYS_INLINE]] inline double plane_determinant(const VelocityGradient& l, double dt) {
+    return (1.0 + dt * l.xx) * (1.0 + dt * l.yy) - dt * l.xy * (dt * l.yx);
+}
+
+/// The determinant of the deformation of a step with the stretch `out_of_plane`, or what is not positive where a material line
+/// would turn over on the way there: with the trace t and the determinant d of dt grad v, det(I + s dt grad v) = 1 + s t + s^2 d
+/// must stay positive for all s in (0, 1]. Two negative stretches have a positive determinant at the end, but not on the way:
+/// where d > 0 the smallest value is 1 - t^2/(4 d), at s = -t/(2 d). Two equal ones make it just 0, up to round-off: below 0.01
+/// it counts as such.
+[[gnu::DUCTILE_ALWAYS_INLINE]] inline double determinant_on_the_way(const VelocityGradient& l, double dt, double out_of_plane) {
+    const double end = plane_determinant(l, dt);
+    const double t = dt * (l.xx + l.yy), d = dt * l.xx * (dt * l.yy) - dt * l.xy * (dt * l.yx);
+    if (t < 0.0 && -t < 2.0 * d)
+        if (const double turn = 1.0 - t * t / (4.0 * d); turn < 0.01)
+            return std::min(turn, 0.0);
+    if (!(end > 0.0))
+        return end;
+    return out_of_plane > 0.0 ? end * out_of_plane : out_of_plane;
 }
 
 /// The stress update (2.2.21) of a step of dt seconds.

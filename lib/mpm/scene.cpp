@@ -14,6 +14,18 @@ bool is_linear(const Scene& scene) {
     });
 }
 
+double fastest_wave(const Scene& scene, const Particles& particles) {
+    std::vector<double> modulus;
+    for (const Material& material : scene.materials) {
+        const IsotropicElasticity e = std::visit([](const auto& law) { return law.elasticity(); }, material.law);
+        modulus.push_back(scene.geometry == Geometry::plane_stress ? e.alpha() - e.beta() * e.beta() / e.alpha() : e.alpha());
+    }
+    double largest = 0.0;
+    for (std::size_t p = 0; p < particles.size(); ++p)
+        largest = std::max(largest, modulus[static_cast<std::size_t>(particles.material[p])] / particles.density[p]);
+    return std::sqrt(largest);
+}
+
 double largest_wave_speed(const Scene& scene, const Particles& particles) {
     std::vector<double> young;
     for (const Material& material : scene.materials)

@@ -38,6 +38,9 @@ struct Scene {
 /// Whether the stress depends linearly on the velocity, for any state: one linear solve is an implicit step.
 [[nodiscard]] bool is_linear(const Scene& scene);
 
+/// The speed of the fastest elastic wave of any particle [m/s]: that of dilatation, sqrt((lambda + 2 mu)/rho), or, in plane
+/// stress, of a plate, sqrt(E/((1 - nu^2) rho)).
+[[nodiscard]] double fastest_wave(const Scene& scene, const Particles& particles);
 /// The largest speed of longitudinal bar waves sqrt(E/rho) among the particles [m/s].
 [[nodiscard]] double largest_wave_speed(const Scene& scene, const Particles& particles);
 

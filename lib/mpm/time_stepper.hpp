@@ -53,6 +53,7 @@ enum class SolverKind { newton_cg, newton_gmres, kinsol_gmres, kinsol_fgmres, ki
 
 /// What |F| is measured by.
 enum class ResidualScale {
+    forces,        ///< the forces that act in the step: MomentumBalance::residual_and_forces()
     stiffness,     ///< Y dx dy dt, Tables IV-VI of the paper
     stiffness_rms, ///< the same for the root mean square of F
     none           ///< nothing, Tables I-III
@@ -63,7 +64,7 @@ struct ImplicitOptions {
     SolverKind solver = SolverKind::newton_gmres;
     NewtonOptions newton = {};
     PreconditionerKind preconditioner = PreconditionerKind::diagonal;
-    ResidualScale scale = ResidualScale::stiffness;
+    ResidualScale scale = ResidualScale::forces;
     /// Newton's loop even where the scene is linear, as the paper counts it.
     bool always_newton = false;
 };
