@@ -1,6 +1,7 @@
 #include <ductile/base/error.hpp>
 #include <ductile/mpm/explicit_step.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
 
@@ -36,7 +37,9 @@ void ExplicitStep::advance(State& state, double dt) {
     }
     const std::span<const double> straining = momentum ? straining_ : motion_;
     check_travel(state, straining, dt);
-    d.advance(state.particles, {motion_, straining, increment_, false, dt});
+    const NodalMotion motion{motion_, straining, increment_, false, dt};
+    check_leaving(state, motion);
+    d.advance(state.particles, motion);
     move_rigid_bodies(state.rigid_bodies, dt);
     state.time += dt;
     ++state.step;
@@ -54,6 +57,33 @@ void ExplicitStep::check_travel(const State& state, std::span<const double> velo
                                                       "does not bear"
                                                     : "",
                             form_ == Form::velocity ? " or --form momentum" : ""));
+}
+
+/// Looks closer only where a particle is so near the grid's edge that it might cross it.
+void ExplicitStep::check_leaving(const State& state, const NodalMotion& motion) const {
+    const auto fastest = [](std::span<const double> v) {
+        double most = 0.0;
+        for (const double value : v)
+            most = std::max(most, std::abs(value));
+        return most;
+    };
+    const Grid& grid = scene_.grid;
+    const Particles& p = state.particles;
+    const double reach = motion.dt * fastest(motion_);
+    const auto [left, right] = std::minmax_element(p.x.begin(), p.x.end());
+    const auto [lowest, highest] = std::minmax_element(p.y.begin(), p.y.end());
+    if (*left - reach >= grid.left && *right + reach <= grid.left + grid.width && *lowest - reach >= grid.bottom &&
+        *highest + reach <= grid.bottom + grid.height)
+        return;
+    const Forecast forecast = discretisation_->forecast(p, motion);
+    if (forecast.leaving < 0)
+        return;
+    const auto n = static_cast<std::size_t>(forecast.leaving);
+    throw RunError(fmt::format("step {} at t = {:.6g} s with dt = {:.6g} s: particle {} at ({:.6g}, {:.6g}) m would leave the "
+                               "background grid, which extends from ({:.6g}, {:.6g}) to ({:.6g}, {:.6g}) m: use a larger grid, "
+                               "another condition at its sides, or an earlier end",
+                               state.step + 1, state.time, motion.dt, p.id[n], p.x[n], p.y[n], grid.left, grid.bottom,
+                               grid.left + grid.width, grid.bottom + grid.height));
 }
 
 double explicit_step_size(const Scene& scene, const Particles& particles, double safety) {

@@ -32,6 +32,7 @@ public:
 
 private:
     void check_travel(const State& state, std::span<const double> velocity, double dt) const;
+    void check_leaving(const State& state, const NodalMotion& motion) const;
 
     const Scene& scene_;
     Form form_;

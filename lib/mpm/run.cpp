@@ -47,6 +47,8 @@ io::RunStatus run(const Problem& problem, State& state, TimeStepper& stepper, St
 
     Timer wall, since_checkpoint;
     Recorder recorder(problem, options, program, folder, checkpoint, state.time);
+    for (const std::string& warning : recorder.warnings())
+        summary.warnings.push_back(warning);
     double output_seconds = 0.0;
     const auto take_snapshots = [&] {
         if (snapshots.empty() || snapshots.back() > state.time)
@@ -56,6 +58,8 @@ io::RunStatus run(const Problem& problem, State& state, TimeStepper& stepper, St
         recorder.snapshot(state);
     };
     take_snapshots();
+    if (checkpoint && folder.continued() && recorder.lacks_snapshot(state.time))
+        recorder.snapshot(state);
     const auto describe_run = [&] {
         auto total = counters();
         summary.steps = state.step;
@@ -77,12 +81,12 @@ io::RunStatus run(const Problem& problem, State& state, TimeStepper& stepper, St
         summary.extra["shortened_newton_steps"] = total["backtracks"];
         summary.extra["simulated_time_s"] = state.time;
         summary.extra["particles"] = state.particles.size();
-        if (recorder.history().rows() > 0) {
-            const std::vector<double> empty = recorder.history().column("enclosed_empty_cells");
+        if (const io::HistoryTable history = recorder.history(); history.rows() > 0) {
+            const std::vector<double> empty = history.column("enclosed_empty_cells");
             if (const double most = *std::max_element(empty.begin(), empty.end()); most > 0.0)
                 summary.extra["most_enclosed_empty_cells"] = most; // numerical fracture: worth a line
             if (problem.conclude)
-                problem.conclude(recorder.history(), summary.extra);
+                problem.conclude(history, summary.extra);
         }
         summary.drawing = recorder.curve();
     };
@@ -134,10 +138,16 @@ io::RunStatus run(const Problem& problem, State& state, TimeStepper& stepper, St
         // the row of the end, where it is not an n-th one: a continued run will not have it
         if (state.step % options.history_every != 0)
             recorder.row(state, stepper, step.dt, outcome);
-    } catch (...) {
-        describe_run();
-        recorder.finish();
-        throw;
+    } catch (const Error& failure) {
+        const RunError advised =
+            io::with_checkpoint(failure, folder.checkpoint(), [&] { recorder.checkpoint(state, control, counters()); });
+        recorder.finish_quietly();
+        try {
+            describe_run();
+        } catch (const Error&) {
+            // the history cannot be read back: its curve is missing
+        }
+        throw advised;
     }
     recorder.finish();
     describe_run();
