@@ -8,6 +8,7 @@ find_dependency(fmt)
 find_dependency(CLI11)
 find_dependency(nlohmann_json)
 find_dependency(tomlplusplus)
+find_dependency(ZLIB)
 find_dependency(Eigen3 3.4 NO_MODULE)
 find_dependency(SUNDIALS 6.4 COMPONENTS arkode cvode ida kinsol nvecserial sunmatrixdense sunlinsoldense sunlinsolpcg
   sunlinsolspbcgs sunlinsolspfgmr sunlinsolspgmr sunnonlinsolfixedpoint)

@@ -3,6 +3,7 @@
 
 #include <ductile/io/atomic_file.hpp>
 #include <ductile/io/checkpoint.hpp>
+#include <ductile/io/checksum.hpp>
 #include <ductile/io/hdf5.hpp>
 #include <ductile/io/output_folder.hpp>
 
@@ -200,12 +201,12 @@ TEST_CASE("a checkpoint gives every bit back") {
     array.values[2] = std::bit_cast<double>(0x7ff4'0000'dead'beefULL); // a signalling NaN with a payload
     const std::vector<double> vector = {array.values[2], array.values[0]};
     const std::vector<std::int64_t> integers = {5, -5};
-    const HistoryTable table{.columns = {"time_s", "stress_Pa"}, .values = {0.0, 1.0, 0.5, array.values[2]}, .offered = 11};
+    const HistoryMark mark{.columns = "time_s,stress_Pa", .rows = 2, .bytes = 30, .checksum = 0xfedc'ba98};
     Checkpoint checkpoint = small_checkpoint(array.view());
     checkpoint.scalars["quiet nan"] = std::bit_cast<double>(0x7ff8'0000'0000'0123ULL);
     checkpoint.vectors = {{"x", vector}};
     checkpoint.integer_vectors = {{"cell", integers}};
-    checkpoint.history = &table;
+    checkpoint.history = mark;
     write_checkpoint(folder / "c.h5", checkpoint);
 
     const CheckpointReader reader(folder / "c.h5", "shear_band", 3);
@@ -220,9 +221,42 @@ TEST_CASE("a checkpoint gives every bit back") {
     CHECK(reader.integer_vector("cell") == integers);
     CHECK(reader.config() == "dt = 0.5\n");
     CHECK(reader.counter("step") == 7);
-    CHECK(reader.history().columns == table.columns);
-    CHECK(reader.history().offered == 11);
-    CHECK(bits(reader.history().values[3]) == bits(table.values[3]));
+    CHECK(reader.history().mark == mark);
+    CHECK(reader.history().csv == folder / "history.csv");
+}
+
+TEST_CASE("a checkpoint with any byte changed, cut off, moved or added is refused by name") {
+    const scratch::Folder folder;
+    Padded array(4, 3, 3);
+    const fs::path path = folder / "c.h5", bad = folder / "bad.h5";
+    write_checkpoint(path, small_checkpoint(array.view()));
+    const std::string good = scratch::read(path);
+    const auto refusal = [&](const std::string& bytes) {
+        scratch::write(bad, bytes);
+        return message_of<InputError>([&] { CheckpointReader(bad, "shear_band", 3); });
+    };
+    for (std::size_t at = 0; at < good.size(); ++at) {
+        std::string damaged = good;
+        damaged[at] = static_cast<char>(damaged[at] ^ (1 << at % 8));
+        CHECK(contains(refusal(damaged), "bad.h5: this checkpoint is damaged") !=
+              contains(refusal(damaged), "bad.h5: this is not a checkpoint, or not a whole one"));
+    }
+    for (std::size_t length = 0; length < good.size(); length += 97)
+        CHECK(contains(refusal(good.substr(0, length)), "bad.h5: "));
+    CHECK(contains(refusal(good + "x"), "bad.h5: "));
+    CHECK(
+        contains(refusal(good.substr(0, 512) + good.substr(1024, 512) + good.substr(512, 512) + good.substr(1536)), "bad.h5: "));
+    { // edited by another program: HDF5 cuts off what is not its own
+        scratch::write(bad, good);
+        Hdf5File file = Hdf5File::open_for_append(bad);
+        file.set_attribute("/", "remark", std::string("edited"));
+        file.close();
+    }
+    CHECK(contains(message_of<InputError>([&] { CheckpointReader(bad, "shear_band", 3); }), "bad.h5: this is not a checkpoint"));
+    scratch::write(bad, good);
+    CHECK(CheckpointReader(bad, "shear_band", 3).counter("step") == 7);
+    // CRC-32 of the standard's check string
+    CHECK(checksum("123456789") == 0xcbf4'3926);
 }
 
 TEST_CASE("a checkpoint that does not fit says what, where and what to do") {
@@ -241,9 +275,9 @@ TEST_CASE("a checkpoint that does not fit says what, where and what to do") {
                        reader.require_cells({64, 64});
                    }),
                    "holds a grid of 128 x 64 cells, the run has 64 x 64: use --cells 128x64"));
-    CHECK(reader.history().columns.empty());
     Hdf5File other = Hdf5File::create(folder / "other.h5");
     other.close();
+    seal(folder / "other.h5");
     CHECK(contains(message_of<InputError>([&] { CheckpointReader(folder / "other.h5", "shear_band", 3); }),
                    "this is not a checkpoint"));
 }

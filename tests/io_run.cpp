@@ -16,6 +16,7 @@
 #include <cmath>
 #include <csignal>
 #include <limits>
+#include <malloc.h>
 #include <regex>
 #include <vector>
 
@@ -25,6 +26,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
+constexpr std::size_t index_block = 512; ///< what HDF5 leaves alone at the beginning of the file
 constexpr SnapshotGrid grid{.cells_x = 4, .cells_y = 3, .width_m = 2.0, .height_m = 1.5, .left_m = -1.0, .bottom_m = -0.75};
 
 /// Pressure at cells (1, 2, ...) and velocity at the corners of a periodic grid (10, 20, ...), with other units outside.
@@ -109,7 +111,7 @@ TEST_CASE("a continued run keeps the snapshots up to its checkpoint, from a kill
         }
         if (fs::path(earlier).extension() == ".partial")
             fs::rename(folder / "fields.h5", folder / earlier);
-        SnapshotWriter writer(folder / "fields.h5", "shear_band", grid, EarlierSnapshots{folder / "fields.h5", 1.0});
+        SnapshotWriter writer(folder / "fields.h5", "shear_band", grid, EarlierSnapshots{folder / "fields.h5", 1.0, 2});
         CHECK(writer.times() == std::vector{0.5, 1.0});
         scene.write(writer, 2.0);
         writer.finish();
@@ -120,9 +122,71 @@ TEST_CASE("a continued run keeps the snapshots up to its checkpoint, from a kill
     SnapshotGrid other = grid;
     other.cells_x = 5;
     CHECK(contains(message_of<InputError>([&] {
-                       SnapshotWriter(folder / "fields.h5", "shear_band", other, EarlierSnapshots{folder / "fields.h5", 1.0});
+                       SnapshotWriter(folder / "fields.h5", "shear_band", other, EarlierSnapshots{folder / "fields.h5", 1.0, 2});
                    }),
                    "the earlier snapshots are on another grid"));
+}
+
+TEST_CASE("a continued run knows torn and damaged snapshots, whatever HDF5 would make of the file") {
+    const scratch::Folder folder;
+    const Scene scene;
+    const fs::path fields = folder / "fields.h5", partial = folder / "fields.h5.partial";
+    std::vector<std::string> grown; // the file after each snapshot
+    {
+        SnapshotWriter writer(fields, "shear_band", grid);
+        for (const double time : {0.5, 1.0, 1.5}) {
+            scene.write(writer, time);
+            grown.push_back(scratch::read(partial));
+        }
+    }
+    fs::remove(fields);
+    const auto go_on = [&](const std::string& found) {
+        scratch::write(partial, found);
+        SnapshotWriter writer(fields, "shear_band", grid, EarlierSnapshots{fields, 1.0, 2});
+        CHECK(writer.times() == std::vector{0.5, 1.0});
+        const std::string warning = writer.warning();
+        scene.write(writer, 1.5);
+        writer.finish();
+        CHECK(scratch::read(fields) == grown[2]); // the bytes of a run that never stopped
+        fs::remove(fields);
+        return warning;
+    };
+    CHECK(go_on(grown[1]).empty());
+    CHECK(go_on(grown[2]).empty());
+    // A kill while HDF5 brings its book-keeping to the disk, in any order: of the old pages some are new already, or half.
+    for (const std::size_t page : {std::size_t{0}, std::size_t{4096}, grown[1].size() / 2}) {
+        std::string torn = grown[2];
+        torn.replace(0, index_block, grown[1], 0, index_block); // this comes last, when the file is whole
+        torn.replace(page + index_block, 1000, grown[1], page + index_block, 1000);
+        CHECK(contains(go_on(torn.substr(0, grown[2].size() - 10)), "the 2 before it are kept"));
+    }
+    const auto refused = [&](const std::string& found) {
+        scratch::write(partial, found);
+        return message_of<InputError>([&] { SnapshotWriter(fields, "shear_band", grid, EarlierSnapshots{fields, 1.0, 2}); });
+    };
+    // every byte flipped: the same snapshots, or refused by name
+    int same = 0, refusals = 0;
+    for (std::size_t at = 0; at < grown[1].size(); at += grown[1].size() / 40) {
+        std::string damaged = grown[1];
+        damaged[at] = static_cast<char>(damaged[at] ^ 0x10);
+        const std::string message = refused(damaged);
+        const bool taken = message == "nothing was thrown";
+        (taken ? same : refusals) += 1;
+        if (taken) {
+            CHECK(scratch::read(fields) == grown[1]);
+            fs::remove(fields);
+        } else {
+            CHECK(contains(message, "fields.h5.partial: "));
+        }
+    }
+    CHECK(same > 0);
+    CHECK(refusals > 0);
+    CHECK(contains(refused(grown[0]), "it has 1 snapshots up to the checkpoint, which knows of 2"));
+    CHECK(contains(refused(grown[2].substr(0, 3000)), "it is cut off"));
+    CHECK(contains(refused("text"), "fields.h5.partial: it is cut off"));
+    fs::remove(partial);
+    SnapshotWriter writer(fields, "shear_band", grid, EarlierSnapshots{fields, 1.0, 2});
+    CHECK(contains(writer.warning(), "the file with the 2 earlier snapshots is gone"));
 }
 
 TEST_CASE("a full disk stops at the first snapshot without room; those before stay whole under the final name") {
@@ -149,38 +213,76 @@ TEST_CASE("a snapshot field of the wrong shape is refused before the file is tou
     CHECK(writer.times().empty());
 }
 
-TEST_CASE("the history can be followed, is exact, and is continuous after a restart") {
+TEST_CASE("the history can be followed, is exact, and goes on from a checkpoint's mark byte by byte") {
     const scratch::Folder folder;
     const std::vector<std::string> columns = {"time_s", "stress_Pa"};
     const auto rows = [](History& history, int from, int to) {
         for (int i = from; i < to; ++i)
             history.append({0.1 * i, std::sqrt(static_cast<double>(i))});
     };
-    for (const int every : {1, 3}) {
-        HistoryTable stored;
-        {
-            History whole(folder / "whole.csv", columns, {.every = every});
-            rows(whole, 0, 5);
-            stored = whole.table();
-            rows(whole, 5, 11);
-            CHECK(fs::exists(folder / "whole.csv.partial"));
-        }
-        History continued(folder / "continued.csv", columns, {.every = every});
-        continued.restore(stored);
-        rows(continued, 5, 11);
-        continued.finish();
-        CHECK(scratch::read(folder / "continued.csv") == scratch::read(folder / "whole.csv"));
-        CHECK(continued.table().column("stress_Pa").back() == std::sqrt(every == 1 ? 10.0 : 9.0));
+    HistoryMark mark;
+    {
+        History whole(folder / "whole.csv", columns);
+        rows(whole, 0, 5);
+        mark = whole.mark();
+        CHECK(mark.rows == 5);
+        CHECK(mark.bytes == static_cast<std::int64_t>(fs::file_size(folder / "whole.csv.partial"))); // it can be followed
+        rows(whole, 5, 11);
+        CHECK(whole.read({"stress_Pa"}).values.size() == 11);
     }
-    CHECK(contains(scratch::read(folder / "whole.csv"), "time_s,stress_Pa\n0,0\n0.30000000000000004,1.7320508075688772\n"));
-    CHECK(
-        contains(scratch::read(folder / "whole.csv"), "\n1,3.1622776601683795\n")); // the last row, though it is not a third one
+    const std::string text = scratch::read(folder / "whole.csv");
+    CHECK(text.starts_with("time_s,stress_Pa\n0,0\n0.1,1\n0.2,1.4142135623730951\n0.30000000000000004,1.7320508075688772\n"));
+    const HistoryTable table = read_history(folder / "whole.csv");
+    CHECK(table.columns == columns);
+    CHECK(table.column("time_s")[3] == 0.1 * 3);
+    CHECK(table.column("stress_Pa").back() == std::sqrt(10.0));
 
+    const EarlierHistory earlier{folder / "whole.csv", mark};
+    const auto go_on = [&](const char* csv) {
+        History continued(folder / csv, columns, earlier);
+        rows(continued, 5, 11);
+        CHECK(continued.mark().rows == 11);
+        CHECK(continued.mark().checksum == checksum(text));
+        continued.finish();
+        CHECK(continued.warning().empty());
+        CHECK(scratch::read(folder / csv) == text);
+    };
+    go_on("elsewhere.csv");
+    CHECK(scratch::read(folder / "whole.csv") == text); // the first run's stays as it was
+    go_on("whole.csv");
+    scratch::write(folder / "whole.csv.partial", text + "0.7,to"); // what a killed run leaves: longer, and not whole
+    go_on("whole.csv");
+    scratch::write(folder / "whole.csv.partial", text.substr(0, 20)); // a shorter one is not what the checkpoint knew
+    go_on("whole.csv");
+
+    std::string changed = text;
+    changed[30] = changed[30] == '4' ? '5' : '4';
+    scratch::write(folder / "whole.csv", changed);
+    CHECK(contains(message_of<InputError>([&] { History(folder / "a.csv", columns, earlier); }),
+                   "whole.csv: the 5 rows up to the checkpoint are damaged"));
+    fs::remove(folder / "whole.csv");
+    {
+        const History without(folder / "a.csv", columns, earlier);
+        CHECK(contains(without.warning(), "the 5 earlier rows were in " + (folder / "whole.csv").string()));
+    }
+    CHECK(scratch::read(folder / "a.csv") == "time_s,stress_Pa\n");
     History other(folder / "other.csv", {"time_s"});
-    CHECK(contains(message_of<InputError>([&] { other.restore({.columns = columns}); }), "start a new run"));
+    CHECK(contains(message_of<InputError>([&] { History(folder / "b.csv", {"time_s"}, earlier); }), "start a new run"));
     CHECK(contains(message_of<RunError>([&] { other.append({1.0, 2.0}); }), "a row of 2 values for 1 columns"));
-    CHECK(contains(message_of<RunError>([&] { (void)other.table().column("load_N"); }), "no column 'load_N'"));
+    CHECK(contains(message_of<RunError>([&] { (void)other.read({"load_N"}); }), "no column 'load_N'"));
     CHECK(contains(message_of<RunError>([&] { History(folder / "none/h.csv", columns); }), "cannot create"));
+}
+
+TEST_CASE("a history takes no memory that grows with its rows") {
+    const scratch::Folder folder;
+    History history(folder / "h.csv", {"a", "b", "c", "d"});
+    for (int i = 0; i < 1000; ++i)
+        history.append({1.0 * i, 2.0, 3.0, 4.0});
+    const auto held = [] { return mallinfo2().uordblks; };
+    const std::size_t before = held();
+    for (int i = 0; i < 100'000; ++i)
+        history.append({1.0 * i, 2.0, 3.0, 4.0});
+    CHECK(held() < before + 10'000);
 }
 
 TEST_CASE("a history that cannot be written is a RunError") {

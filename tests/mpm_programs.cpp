@@ -343,6 +343,9 @@ TEST_CASE("a run that cannot go on ends with status 1, says why, and leaves whol
          {std::tuple{"elastic_bar", hopeless + Arguments{"--dt", "0.1"}, "failed even with dt = "},
           {"plastic_bar", hopeless + Arguments{"--dt", "0.1", "--form", "momentum"}, "failed even with dt = "},
           {"colliding_disks", {"--dt", "0.5", "--method", "midpoint", "--duration", "1e3"}, "would leave the background grid"},
+          {"colliding_disks",
+           {"--method", "explicit", "--dt", "auto", "--duration", "1e3", "--history-every", "100"},
+           "would leave the background grid"},
           {"upsetting", {"--method", "explicit", "--dt", "1e-6"}, "the step is too long for the explicit method"},
           {"vibrating_bar", hopeless, "failed even with dt = "},
           {"taylor_bar", {"--dt", "1e-6"}, "the step is too long for the explicit method"}}) {
@@ -356,6 +359,13 @@ TEST_CASE("a run that cannot go on ends with status 1, says why, and leaves whol
         CHECK(contains(summary(folder / "run")["reason"].get<std::string>(), message));
         CHECK(Hdf5File::open(folder / "run" / "fields.h5").members("snapshots").size() == 1);
         CHECK_FALSE(fs::exists(folder / "run" / "fields.h5.partial"));
+        // the state before the step that failed is kept, with every particle in the grid
+        CHECK(contains(outcome.errors, "the last good state is in " + (folder / "run/checkpoint.h5").string()));
+        const CheckpointReader kept(folder / "run/checkpoint.h5", program);
+        CHECK(kept.counter("step") == summary(folder / "run")["steps"]);
+        for (const char* coordinate : {"particles/x", "particles/y"})
+            for (const double place : kept.vector(coordinate))
+                CHECK((place >= 0.0 && place <= (program == std::string("colliding_disks") ? 1.0 : 27.0)));
     }
 }
 
@@ -365,7 +375,9 @@ TEST_CASE("a checkpoint that does not fit is refused") {
     const fs::path checkpoint = folder / "run/checkpoint.h5";
     for (const auto& [arguments, message] :
          {std::pair{Arguments{}, std::string("the checkpoint is at t = 10.2 s already")},
-          {Arguments{"--cell-size", "0.05", "--duration", "20"}, "the checkpoint has 36 particles, the scene 144"}}) {
+          {Arguments{"--cell-size", "0.05", "--duration", "20"}, "--cell-size: the checkpoint has 0.1, this run asks for 0.05"},
+          {Arguments{"--speed", "2e-3", "--duration", "20"}, "--speed: the checkpoint has 0.001, this run asks for 0.002"},
+          {Arguments{"--shape", "gimp", "--duration", "20"}, "--shape: the checkpoint has linear, this run asks for gimp"}}) {
         const Outcome outcome = run("elastic_bar", Arguments{"--restart", checkpoint} + arguments);
         CAPTURE(outcome.errors);
         CHECK(outcome.status == 2);

@@ -57,7 +57,7 @@ TEST_CASE("a continued run keeps the snapshots up to its checkpoint") {
         for (const double time : {0.0, 1.0, 2.0})
             write(first, time, static_cast<std::int64_t>(time), 3);
     }
-    ParticleSnapshotWriter second(folder / "fields.h5", "upsetting", EarlierSnapshots{folder / "fields.h5", 1.5});
+    ParticleSnapshotWriter second(folder / "fields.h5", "upsetting", EarlierSnapshots{folder / "fields.h5", 1.5, 2});
     write(second, 2.5, 3, 3);
     second.finish();
     const Hdf5File file = Hdf5File::open(folder / "fields.h5");
@@ -69,9 +69,9 @@ TEST_CASE("a continued run keeps the snapshots up to its checkpoint") {
 
 TEST_CASE("earlier snapshots of another kind are refused; a full disk leaves the earlier ones whole") {
     const scratch::Folder folder;
-    Hdf5File::create(folder / "fields.h5").set_attribute("/", "format", std::string("ductile fields 1"));
+    { const SnapshotWriter fields(folder / "fields.h5", "upsetting", SnapshotGrid{.cells_x = 1, .cells_y = 1}); }
     CHECK(contains(message_of<InputError>([&] {
-                       ParticleSnapshotWriter(folder / "fields.h5", "upsetting", EarlierSnapshots{folder / "fields.h5", 1.0});
+                       ParticleSnapshotWriter(folder / "fields.h5", "upsetting", EarlierSnapshots{folder / "fields.h5", 1.0, 0});
                    }),
                    "not a file of format 'ductile particles 1'"));
 

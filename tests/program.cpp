@@ -25,8 +25,8 @@ enum class Model { full, reduced };
 /// A program with one option of every kind.
 struct Demo {
     Demo() {
-        program.option("--dt", dt, {"Time", "time step", "s", positive});
-        program.option("--steps", steps, {"Time", "number of steps", "", at_least(1)});
+        program.option("--dt", dt, {"Time", "time step", "s", positive, Restart::may_change});
+        program.option("--steps", steps, {"Time", "number of steps", "", at_least(1), Restart::may_change});
         program.option("--seed", seed, {"Time", "seed"});
         program.option("--cells", cells, {"Grid", "cells"});
         program.option("--snapshots", snapshots, {"Output", "times", "s", not_negative});
@@ -326,6 +326,34 @@ TEST_CASE("the command line goes before --config, --config before the checkpoint
     CHECK(elsewhere.program.common().output == "x");
     store("gone = 1");
     CHECK(contains(refusal({"--restart", checkpoint.string()}), "checkpoint.h5, line 1: unknown key 'gone'"));
+}
+
+TEST_CASE("a continued run keeps its scene: another value is refused with both named, the same one is not") {
+    const scratch::Folder folder;
+    const std::string checkpoint = folder / "checkpoint.h5";
+    write_checkpoint(checkpoint, {.program = "demo",
+                                  .config = "dt = 1\nseed = 7\ncells = \"16x8\"\nsnapshots = [1, 2]\nmodel = \"full\"\n"
+                                            "symmetric = true\ntitle = \"old\"\nstep = \"fixed\"\n"});
+    for (const auto& [flag, value, message] :
+         {std::tuple{"--seed", "8", "--seed: the checkpoint has 7, this run asks for 8"},
+          {"--cells", "16", "--cells: the checkpoint has 16x8, this run asks for 16"},
+          {"--snapshots", "1,2.5", "--snapshots: the checkpoint has 1,2, this run asks for 1,2.5"},
+          {"--model", "reduced", "--model: the checkpoint has full, this run asks for reduced"},
+          {"--title", "new", "--title: the checkpoint has old, this run asks for new"},
+          {"--step", "adaptive", "--step: the checkpoint has fixed, this run asks for adaptive"}})
+        CHECK(contains(refusal({"--restart", checkpoint, flag, value}), message));
+    CHECK(contains(refusal({"--restart", checkpoint, "--seed", "8", "--model", "reduced"}), "asks for 8; --model: the"));
+    scratch::write(folder / "a.toml", "seed = 9\n");
+    CHECK(
+        contains(refusal({"--restart", checkpoint, "--config", folder / "a.toml"}), "the checkpoint has 7, this run asks for 9"));
+    Demo demo;
+    CHECK(demo.parse(
+        {"--restart", checkpoint, "--seed", "7", "--cells", "16x8", "--symmetric", "--model", "full", "--dt", "0.25"}));
+    CHECK(demo.seed == 7);
+    CHECK(demo.cells == CellCount{16, 8});
+    CHECK(demo.model == Model::full);
+    CHECK(demo.dt == 0.25); // does not belong to the scene
+    CHECK(demo.title == "old");
 }
 
 TEST_CASE("--threads sets the number of threads") {

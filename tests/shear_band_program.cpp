@@ -4,12 +4,14 @@
 
 #include <ductile/io/checkpoint.hpp>
 #include <ductile/io/hdf5.hpp>
+#include <ductile/quasistatic/run.hpp>
 
 #include <doctest/doctest.h>
 #include <nlohmann/json.hpp>
 
 #include <array>
 #include <chrono>
+#include <limits>
 #include <map>
 #include <string>
 #include <thread>
@@ -167,10 +169,19 @@ TEST_CASE("a checkpoint that does not fit is refused and keeps its folder as it 
         CHECK(contains(outcome.errors, message));
         CHECK(contents(folder / "run") == before);
     };
-    refused(folder / "run/checkpoint.h5", {"--cells", "24"}, "use --cells 16x12 or another checkpoint");
+    refused(folder / "run/checkpoint.h5", {"--cells", "24"}, "--cells: the checkpoint has 16x12, this run asks for 24");
     refused(folder / "run/checkpoint.h5", {}, "--duration 1: the checkpoint is at t = 1 s already");
     refused(folder / "run/checkpoint.h5", {"--duration", "0.5"}, "a longer --duration goes on from there");
-    refused(folder / "run/checkpoint.h5", {"--plasticity", "perzyna", "--duration", "2"}, "written with another --plasticity");
+    refused(folder / "run/checkpoint.h5", {"--plasticity", "perzyna", "--duration", "2"},
+            "--plasticity: the checkpoint has stz, this run asks for perzyna");
+    for (const auto& [option, value, message] :
+         {std::tuple{"--yield-stress", "4.25e8", "the checkpoint has 850000000, this run asks for 425000000"},
+          {"--wall-velocity", "1e-3", "--wall-velocity: the checkpoint has 0.00049"},
+          {"--wall-history", "0:1e-3", "--wall-history: the checkpoint has"},
+          {"--height", "0.01", "--height: the checkpoint has 0.02, this run asks for 0.01"},
+          {"--model", "reduced", "--model: the checkpoint has full, this run asks for reduced"},
+          {"--initial-base", "650", "--initial-base: the checkpoint has 640, this run asks for 650"}})
+        refused(folder / "run/checkpoint.h5", {option, value, "--duration", "2"}, message);
     refused(folder / "none.h5", {}, "none.h5: there is no such file");
     refused(folder / "run/fields.h5", {}, "this is not a checkpoint");
     for (const std::size_t length : {std::size_t{0}, std::size_t{100}, good.size() / 2, good.size() - 1}) {
@@ -183,6 +194,24 @@ TEST_CASE("a checkpoint that does not fit is refused and keeps its folder as it 
     refused(bad, {}, "bad.h5: this checkpoint has format 999");
     write_checkpoint(bad, {.program = "upsetting"});
     refused(bad, {}, "written by upsetting");
+    for (std::size_t at = 0; at < good.size(); at += good.size() / 7) {
+        std::string damaged = good;
+        damaged[at] = static_cast<char>(damaged[at] ^ 1);
+        scratch::write(bad, damaged);
+        refused(bad, {"--duration", "2"}, "bad.h5: this checkpoint is damaged");
+    }
+    // as a run of another kind would have left it: whole, but not finite, or without a field
+    const std::vector<double> wrong(12 * 16, std::numeric_limits<double>::quiet_NaN());
+    const CheckpointReader reader(folder / "run/checkpoint.h5", "shear_band");
+    Checkpoint content{.program = "shear_band", .format = quasistatic::checkpoint_format, .config = reader.config()};
+    content.scalars = {{"time", reader.scalar("time")}};
+    content.counters = {{"step", 1}, {"cells_x", 16}, {"cells_y", 12}};
+    content.history = reader.history().mark;
+    write_checkpoint(bad, content);
+    refused(bad, {"--duration", "2"}, "bad.h5: 'arrays/p' is missing");
+    content.arrays = {{"p", {wrong.data(), 12, 16, 16}}};
+    write_checkpoint(bad, content);
+    refused(bad, {"--duration", "2"}, "bad.h5: 'p' has a value that is not finite");
 }
 
 TEST_CASE("a second run into a folder moves the first one aside, whole") {
@@ -228,6 +257,9 @@ TEST_CASE("a step that goes wrong ends the run with its time, advice, and finish
     CHECK(contains(outcome.errors, summary(folder / "run")["reason"].get<std::string>()));
     CHECK(contains(scratch::read(folder / "run/history.csv"), "\n0.3,1,0.3,"));
     CHECK(Hdf5File::open(folder / "run/fields.h5").members("snapshots").size() == 2);
+    // the state before the step that failed is kept
+    CHECK(contains(outcome.errors, "the last good state is in " + (folder / "run/checkpoint.h5").string()));
+    CHECK(CheckpointReader(folder / "run/checkpoint.h5", "shear_band").counter("step") == summary(folder / "run")["steps"]);
 }
 
 TEST_CASE("an interrupted run ends with status 130, and goes on as if it had never stopped") {

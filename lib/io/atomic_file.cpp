@@ -62,6 +62,16 @@ void AtomicFile::commit() {
     committed_ = true;
 }
 
+void copy_beginning(const std::filesystem::path& from, const std::filesystem::path& to, std::uint64_t bytes) {
+    std::error_code failure;
+    std::filesystem::copy_file(from, to, std::filesystem::copy_options::overwrite_existing, failure);
+    if (!failure)
+        std::filesystem::resize_file(to, bytes, failure);
+    if (failure)
+        throw RunError(
+            fmt::format("{}: cannot copy it to {} ({}): check free space", from.string(), to.string(), failure.message()));
+}
+
 void write_text_atomically(const std::filesystem::path& path, std::string_view text) {
     AtomicFile target(path);
     {

@@ -1,4 +1,5 @@
 #pragma once
+#include <cstdint>
 #include <filesystem>
 #include <string_view>
 
@@ -24,6 +25,9 @@ private:
 
 /// Writes a whole text file atomically. Throws RunError.
 void write_text_atomically(const std::filesystem::path& path, std::string_view text);
+
+/// Makes a file of the first so many bytes of another. Throws RunError.
+void copy_beginning(const std::filesystem::path& from, const std::filesystem::path& to, std::uint64_t bytes);
 
 /// Renames on one file system and brings the new name to the disk. Throws RunError.
 void rename_durably(const std::filesystem::path& from, const std::filesystem::path& to);

@@ -1,6 +1,7 @@
 #include <ductile/base/error.hpp>
 #include <ductile/io/atomic_file.hpp>
 #include <ductile/io/checkpoint.hpp>
+#include <ductile/io/checksum.hpp>
 #include <ductile/io/version.hpp>
 
 #include <fmt/format.h>
@@ -13,7 +14,13 @@ namespace ductile::io {
 namespace {
 
 /// Version of the file's own layout.
-constexpr std::string_view layout = "ductile checkpoint 1";
+constexpr std::string_view layout = "ductile checkpoint 2";
+
+Hdf5File open_sealed(const std::filesystem::path& path) {
+    require_file(path);
+    check_seal(path);
+    return Hdf5File::open(path);
+}
 
 std::string in_group(std::string_view group, const std::string& name) { return fmt::format("{}/{}", group, name); }
 
@@ -26,6 +33,7 @@ void write_checkpoint(const std::filesystem::path& path, const Checkpoint& check
     file.set_attribute("/", "program", checkpoint.program);
     file.set_attribute("/", "version", version());
     file.set_attribute("/", "program_format", std::int64_t{checkpoint.format});
+    file.set_attribute("/", "snapshots", static_cast<std::int64_t>(checkpoint.snapshots));
     file.write("config", checkpoint.config);
     file.create_group("scalars");
     for (const auto& [name, value] : checkpoint.scalars)
@@ -40,17 +48,31 @@ void write_checkpoint(const std::filesystem::path& path, const Checkpoint& check
     for (const auto& [name, values] : checkpoint.integer_vectors)
         file.write(in_group("integer_vectors", name), values);
     if (checkpoint.history) {
-        const HistoryTable& table = *checkpoint.history;
-        const int columns = static_cast<int>(table.columns.size());
-        file.write("history", ArrayView{table.values.data(), static_cast<int>(table.rows()), columns, columns});
-        file.set_attribute("history", "columns", fmt::format("{}", fmt::join(table.columns, ",")));
-        file.set_attribute("history", "offered", table.offered);
+        file.create_group("history");
+        file.set_attribute("history", "columns", checkpoint.history->columns);
+        file.set_attribute("history", "rows", checkpoint.history->rows);
+        file.set_attribute("history", "bytes", checkpoint.history->bytes);
+        file.set_attribute("history", "checksum", checkpoint.history->checksum);
     }
     file.close();
+    seal(target.temporary_path());
     target.commit();
 }
 
-CheckpointReader::CheckpointReader(const std::filesystem::path& path, const std::string& program) : file_(Hdf5File::open(path)) {
+RunError with_checkpoint(const Error& failure, const std::filesystem::path& checkpoint, const std::function<void()>& write) {
+    const char* which = "the last good state";
+    try {
+        write();
+    } catch (const Error&) {
+        which = "an earlier state";
+    }
+    std::error_code unknown;
+    if (!std::filesystem::exists(checkpoint, unknown))
+        return RunError(failure.what());
+    return RunError(fmt::format("{}; {} is in {}, to go on from", failure.what(), which, checkpoint.string()));
+}
+
+CheckpointReader::CheckpointReader(const std::filesystem::path& path, const std::string& program) : file_(open_sealed(path)) {
     if (!file_.has_attribute("/", "format") || file_.text_attribute("/", "format") != layout)
         throw InputError(fmt::format("{}: this is not a checkpoint ('{}'): give --restart the checkpoint.h5 of an earlier run",
                                      path.string(), layout));
@@ -96,24 +118,20 @@ std::vector<std::int64_t> CheckpointReader::integer_vector(const std::string& na
     return file_.read_integers(in_group("integer_vectors", name));
 }
 
-HistoryTable CheckpointReader::history() const {
-    HistoryTable table;
-    if (!file_.contains("history"))
-        return table;
-    const std::vector<std::size_t> shape = file_.shape("history");
-    if (shape.size() != 2)
-        throw InputError(fmt::format("{}: the history is not a table: use another checkpoint", path().string()));
-    std::string names = file_.text_attribute("history", "columns");
-    for (std::size_t begin = 0; begin <= names.size();) {
-        const std::size_t end = std::min(names.find(',', begin), names.size());
-        table.columns.push_back(names.substr(begin, end - begin));
-        begin = end + 1;
-    }
-    table.values.resize(shape[0] * shape[1]);
-    table.offered = file_.integer_attribute("history", "offered");
-    const int columns = static_cast<int>(shape[1]);
-    file_.read("history", {table.values.data(), static_cast<int>(shape[0]), columns, columns});
-    return table;
+std::optional<EarlierSnapshots> CheckpointReader::snapshots(const OutputFolder& folder, double until_s) const {
+    if (!folder.continued())
+        return std::nullopt;
+    return EarlierSnapshots{.fields = folder.fields(),
+                            .until_s = until_s,
+                            .count = static_cast<std::size_t>(file_.integer_attribute("/", "snapshots"))};
+}
+
+EarlierHistory CheckpointReader::history() const {
+    return {.csv = path().parent_path() / "history.csv",
+            .mark = {.columns = file_.text_attribute("history", "columns"),
+                     .rows = file_.integer_attribute("history", "rows"),
+                     .bytes = file_.integer_attribute("history", "bytes"),
+                     .checksum = file_.integer_attribute("history", "checksum")}};
 }
 
 void CheckpointReader::require_cells(const CellCount& run) const {

@@ -17,8 +17,13 @@ static_assert(std::is_same_v<hid_t, std::int64_t>, "hdf5.hpp stores HDF5 identif
 
 /// Before the first use: HDF5 prints nothing, and does not try again at exit to write a file that could not be written
 /// (it crashes there). Nothing is lost by that, because every file is closed by its owner.
+/// Every way to an Hdf5File begins here: constants of HDF5 such as H5F_ACC_RDONLY open the library, too, and must come after it.
 void set_up_library() {
-    static const herr_t once = H5dont_atexit() < 0 ? -1 : H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+    static const bool once = [] {
+        H5dont_atexit(); // fails where somebody else has used the library already: nothing can be done then
+        H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+        return true;
+    }();
     static_cast<void>(once);
 }
 
@@ -29,13 +34,10 @@ Id file_access() {
     return {access, H5Pclose};
 }
 
-hid_t open_file(const std::filesystem::path& path, unsigned mode) {
+hid_t open_file(const std::filesystem::path& path, bool for_append) {
     set_up_library();
-    std::error_code ignored;
-    if (!std::filesystem::exists(path, ignored))
-        throw InputError(fmt::format("{}: there is no such file", path.string()));
-    if (!std::filesystem::is_regular_file(path, ignored))
-        throw InputError(fmt::format("{}: this is not a file", path.string()));
+    const unsigned mode = for_append ? H5F_ACC_RDWR : H5F_ACC_RDONLY;
+    require_file(path);
     const hid_t id = H5Fopen(path.c_str(), mode, file_access());
     if (id >= 0)
         return id;
@@ -48,7 +50,9 @@ hid_t open_file(const std::filesystem::path& path, unsigned mode) {
 Id make_dataset(hid_t file, const std::filesystem::path& path, const std::string& name, hid_t type, hid_t space) {
     const Id links(H5Pcreate(H5P_LINK_CREATE), H5Pclose);
     H5Pset_create_intermediate_group(links, 1);
-    const hid_t id = H5Dcreate2(file, name.c_str(), type, space, links, H5P_DEFAULT, H5P_DEFAULT);
+    const Id creation(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
+    H5Pset_obj_track_times(creation, false); // the same content gives the same bytes
+    const hid_t id = H5Dcreate2(file, name.c_str(), type, space, links, creation, H5P_DEFAULT);
     if (id < 0)
         fail_to_write(path, name);
     return {id, H5Dclose};
@@ -112,7 +116,8 @@ Id open_dataset(hid_t file, const std::filesystem::path& path, const std::string
 std::vector<std::size_t> extents(hid_t data) {
     const Id space(H5Dget_space(data), H5Sclose);
     std::vector<hsize_t> found(static_cast<std::size_t>(std::max(0, H5Sget_simple_extent_ndims(space))));
-    H5Sget_simple_extent_dims(space, found.data(), nullptr);
+    if (!found.empty())
+        H5Sget_simple_extent_dims(space, found.data(), nullptr);
     return {found.begin(), found.end()};
 }
 
@@ -122,6 +127,10 @@ std::vector<T> read_vector(hid_t file, const std::filesystem::path& path, const 
     const std::vector<std::size_t> found = extents(data);
     if (found.size() != 1)
         throw InputError(fmt::format("{}: '{}' has {} dimensions, expected 1", path.string(), name, found.size()));
+    std::error_code unknown;
+    if (found[0] > std::filesystem::file_size(path, unknown) / sizeof(T)) // no memory is taken on the word of a damaged file
+        throw InputError(
+            fmt::format("{}: '{}' claims {} values, more than the file can hold: it is damaged", path.string(), name, found[0]));
     std::vector<T> values(found[0]);
     if (!values.empty() && H5Dread(data, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()) < 0)
         fail_to_read(path, fmt::format("cannot read '{}'", name));
@@ -130,16 +139,26 @@ std::vector<T> read_vector(hid_t file, const std::filesystem::path& path, const 
 
 } // namespace
 
-Hdf5File Hdf5File::create(const std::filesystem::path& path) {
+void require_file(const std::filesystem::path& path) {
+    std::error_code ignored;
+    if (!std::filesystem::exists(path, ignored))
+        throw InputError(fmt::format("{}: there is no such file", path.string()));
+    if (!std::filesystem::is_regular_file(path, ignored))
+        throw InputError(fmt::format("{}: this is not a file", path.string()));
+}
+
+Hdf5File Hdf5File::create(const std::filesystem::path& path, std::size_t user_block) {
     set_up_library();
-    const hid_t id = H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, file_access());
+    const Id creation(H5Pcreate(H5P_FILE_CREATE), H5Pclose);
+    H5Pset_userblock(creation, user_block);
+    const hid_t id = H5Fcreate(path.c_str(), H5F_ACC_TRUNC, creation, file_access());
     if (id < 0)
         fail_to_write(path, "a new file");
     return {path, id};
 }
 
-Hdf5File Hdf5File::open(const std::filesystem::path& path) { return {path, open_file(path, H5F_ACC_RDONLY)}; }
-Hdf5File Hdf5File::open_for_append(const std::filesystem::path& path) { return {path, open_file(path, H5F_ACC_RDWR)}; }
+Hdf5File Hdf5File::open(const std::filesystem::path& path) { return {path, open_file(path, false)}; }
+Hdf5File Hdf5File::open_for_append(const std::filesystem::path& path) { return {path, open_file(path, true)}; }
 
 Hdf5File::Hdf5File(Hdf5File&& other) noexcept : path_(std::move(other.path_)), id_(std::exchange(other.id_, -1)) {}
 
@@ -185,15 +204,19 @@ std::vector<std::string> Hdf5File::members(const std::string& group) const {
         static_cast<std::vector<std::string>*>(out)->emplace_back(name);
         return 0;
     };
-    H5Literate(opened, H5_INDEX_NAME, H5_ITER_INC, nullptr, collect, &names);
+    if (H5Literate(opened, H5_INDEX_NAME, H5_ITER_INC, nullptr, collect, &names) < 0)
+        fail_to_read(path_, fmt::format("cannot list group '{}', the file may be damaged", group));
     return names;
 }
 
-void Hdf5File::copy_from(const Hdf5File& source, const std::string& name) {
-    const Id links(H5Pcreate(H5P_LINK_CREATE), H5Pclose);
-    H5Pset_create_intermediate_group(links, 1);
-    if (H5Ocopy(source.id_, name.c_str(), id_, name.c_str(), H5P_DEFAULT, links) < 0)
-        fail_to_write(path_, fmt::format("a copy of '{}' from {}", name, source.path_.string()));
+void Hdf5File::flush() {
+    if (H5Fflush(id_, H5F_SCOPE_GLOBAL) < 0)
+        fail_to_write(path_, "the file");
+}
+
+std::uint64_t Hdf5File::byte_offset(const std::string& name) const {
+    const haddr_t offset = H5Dget_offset(open_dataset(id_, path_, name));
+    return offset == HADDR_UNDEF ? 0 : offset;
 }
 
 void Hdf5File::write(const std::string& name, const ArrayView& values, const Conversion& conversion) {
@@ -214,6 +237,10 @@ void Hdf5File::write(const std::string& name, std::span<const double> values) {
 
 void Hdf5File::write(const std::string& name, std::span<const std::int64_t> values) {
     write_vector(id_, path_, name, H5T_NATIVE_INT64, values.data(), values.size());
+}
+
+void Hdf5File::write_bytes(const std::string& name, std::string_view bytes) {
+    write_vector(id_, path_, name, H5T_NATIVE_UINT8, bytes.data(), bytes.size());
 }
 
 void Hdf5File::write(const std::string& name, const std::string& text) {

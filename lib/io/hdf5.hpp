@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace ductile::io {
@@ -17,6 +18,9 @@ struct Conversion {
     bool repeat_first_column = false; ///< the dataset gets one more column, a copy of the first (a periodic grid's image)
 };
 
+/// Throws InputError unless there is a regular file of this name.
+void require_file(const std::filesystem::path& path);
+
 /// An open HDF5 file; names are paths inside it ("grid/x_corner"), and groups on the way to a new dataset are made.
 ///
 /// A failure becomes an exception that names file and object: InputError while reading (no such file, not HDF5, truncated,
@@ -24,7 +28,8 @@ struct Conversion {
 class Hdf5File {
 public:
     /// Makes a new file; an earlier one of this name is lost.
-    [[nodiscard]] static Hdf5File create(const std::filesystem::path& path);
+    /// `user_block`: bytes left to the caller before HDF5's own: 0, or a power of 2 from 512 on.
+    [[nodiscard]] static Hdf5File create(const std::filesystem::path& path, std::size_t user_block = 0);
     [[nodiscard]] static Hdf5File open(const std::filesystem::path& path);
     [[nodiscard]] static Hdf5File open_for_append(const std::filesystem::path& path);
 
@@ -40,12 +45,15 @@ public:
     [[nodiscard]] bool contains(const std::string& name) const;
     /// Names of what a group holds, in alphabetical order.
     [[nodiscard]] std::vector<std::string> members(const std::string& group) const;
-    /// Copies a group or dataset, with everything below it, under the same name.
-    void copy_from(const Hdf5File& source, const std::string& name);
+    /// Hands what was written so far to the operating system.
+    void flush();
+    /// Where in the file the values of a dataset begin, once they are written and flushed; 0 for one without values.
+    [[nodiscard]] std::uint64_t byte_offset(const std::string& name) const;
 
     void write(const std::string& name, const ArrayView& values, const Conversion& conversion = {});
     void write(const std::string& name, std::span<const double> values);
     void write(const std::string& name, std::span<const std::int64_t> values);
+    void write_bytes(const std::string& name, std::string_view bytes);
     void write(const std::string& name, const std::string& text);
 
     /// Fills the view; the dataset must have exactly its rows and columns.

@@ -7,26 +7,41 @@
 
 namespace ductile::io {
 
+namespace {
+
+std::string xdmf(const std::string& hdf5_file, std::span<const StoredSnapshot> snapshots) {
+    const auto item = [&](const std::string& dimensions, const std::string& dataset) {
+        return fmt::format(R"(<DataItem Dimensions="{}" NumberType="Float" Precision="8" Format="HDF">{}:/{}</DataItem>)",
+                           dimensions, hdf5_file, dataset);
+    };
+    std::string text = R"(<?xml version="1.0" ?>
+<Xdmf Version="3.0">
+  <Domain>
+    <Grid Name="snapshots" GridType="Collection" CollectionType="Temporal">
+)";
+    for (const StoredSnapshot& snapshot : snapshots) {
+        const std::size_t particles = snapshot.datasets.front().shape.front();
+        text += fmt::format("      <Grid Name=\"{0}\" GridType=\"Uniform\">\n        <Time Value=\"{1}\"/>\n"
+                            "        <Topology TopologyType=\"Polyvertex\" NumberOfElements=\"{2}\"/>\n"
+                            "        <Geometry GeometryType=\"XY\">{3}</Geometry>\n",
+                            snapshot.group, snapshot.time_s, particles,
+                            item(fmt::format("{} 2", particles), snapshot.group + "/position"));
+        for (const SnapshotDataset& field : std::span(snapshot.datasets).subspan(1))
+            text += fmt::format("        <Attribute Name=\"{0}\" AttributeType=\"Scalar\" Center=\"Node\">\n"
+                                "          <Information Name=\"units\" Value=\"{1}\"/>\n          {2}\n        </Attribute>\n",
+                                field.name, field.units, item(fmt::format("{}", particles), snapshot.group + "/" + field.name));
+        text += "      </Grid>\n";
+    }
+    return text + "    </Grid>\n  </Domain>\n</Xdmf>\n";
+}
+
+} // namespace
+
 ParticleSnapshotWriter::ParticleSnapshotWriter(std::filesystem::path fields, const std::string& program,
                                                const std::optional<EarlierSnapshots>& earlier, const SnapshotConstants& constants)
     : file_(std::make_unique<SnapshotFile>(
           std::move(fields), program, constants, earlier,
-          SnapshotFile::Kind{.format = "ductile particles 1",
-                             .write_head = {},
-                             .check_head = {},
-                             .take_over =
-                                 [this](const Hdf5File& file, const std::string& group, double time_s) {
-                                     Snapshot snapshot{.group = group, .time_s = time_s};
-                                     for (const std::string& name : file.members(group)) {
-                                         const std::string path = group + "/" + name;
-                                         if (name == "position")
-                                             snapshot.particles = file.shape(path).at(0);
-                                         else
-                                             snapshot.fields.emplace_back(name, file.text_attribute(path, "units"));
-                                     }
-                                     snapshots_.push_back(std::move(snapshot));
-                                 },
-                             .xdmf = [this](const std::string& hdf5_file) { return xdmf(hdf5_file); }})) {}
+          SnapshotFile::Kind{.format = "ductile particles 1", .grid = {}, .write_head = {}, .xdmf = xdmf})) {}
 
 ParticleSnapshotWriter::~ParticleSnapshotWriter() { file_->finish_quietly(); }
 
@@ -37,48 +52,26 @@ void ParticleSnapshotWriter::write(double time_s, std::int64_t step, std::span<c
         position[2 * p] = x[p];
         position[2 * p + 1] = y[p];
     }
-    Snapshot snapshot{.time_s = time_s, .particles = x.size()};
-    const std::size_t bytes = sizeof(double) * x.size() * (fields.size() + 2);
-    file_->add(time_s, step, bytes, fields.size() + 1, [&](Hdf5File& file, const std::string& group) {
-        snapshot.group = group;
-        file.write(group + "/position", ArrayView{position.data(), static_cast<int>(x.size()), 2, 2});
-        file.set_attribute(group + "/position", "units", std::string("m"));
-        for (const ParticleField& field : fields) {
-            const std::string name = group + "/" + field.name;
-            file.write(name, field.values);
-            file.set_attribute(name, "units", field.units);
-            snapshot.fields.emplace_back(field.name, field.units);
-        }
+    std::vector<SnapshotDataset> datasets{{.name = "position", .units = "m", .shape = {x.size(), 2}}};
+    for (const ParticleField& field : fields)
+        datasets.push_back({.name = field.name, .units = field.units, .shape = {field.values.size()}});
+    file_->add(time_s, step, std::move(datasets), [&](Hdf5File& file, const std::string& path, std::size_t d) {
+        if (d == 0)
+            file.write(path, ArrayView{position.data(), static_cast<int>(x.size()), 2, 2});
+        else
+            file.write(path, fields[d - 1].values);
     });
-    snapshots_.push_back(std::move(snapshot));
-    file_->describe();
-}
-
-std::string ParticleSnapshotWriter::xdmf(const std::string& hdf5_file) const {
-    const auto item = [&](const std::string& dimensions, const std::string& dataset) {
-        return fmt::format(R"(<DataItem Dimensions="{}" NumberType="Float" Precision="8" Format="HDF">{}:/{}</DataItem>)",
-                           dimensions, hdf5_file, dataset);
-    };
-    std::string text = R"(<?xml version="1.0" ?>
-<Xdmf Version="3.0">
-  <Domain>
-    <Grid Name="snapshots" GridType="Collection" CollectionType="Temporal">
-)";
-    for (const Snapshot& snapshot : snapshots_) {
-        text += fmt::format("      <Grid Name=\"{0}\" GridType=\"Uniform\">\n        <Time Value=\"{1}\"/>\n"
-                            "        <Topology TopologyType=\"Polyvertex\" NumberOfElements=\"{2}\"/>\n"
-                            "        <Geometry GeometryType=\"XY\">{3}</Geometry>\n",
-                            snapshot.group, snapshot.time_s, snapshot.particles,
-                            item(fmt::format("{} 2", snapshot.particles), snapshot.group + "/position"));
-        for (const auto& [name, units] : snapshot.fields)
-            text += fmt::format("        <Attribute Name=\"{0}\" AttributeType=\"Scalar\" Center=\"Node\">\n"
-                                "          <Information Name=\"units\" Value=\"{1}\"/>\n          {2}\n        </Attribute>\n",
-                                name, units, item(fmt::format("{}", snapshot.particles), snapshot.group + "/" + name));
-        text += "      </Grid>\n";
-    }
-    return text + "    </Grid>\n  </Domain>\n</Xdmf>\n";
 }
 
 void ParticleSnapshotWriter::finish() { file_->finish(); }
+
+std::vector<double> ParticleSnapshotWriter::times() const {
+    std::vector<double> times;
+    for (const StoredSnapshot& snapshot : file_->snapshots())
+        times.push_back(snapshot.time_s);
+    return times;
+}
+
+const std::string& ParticleSnapshotWriter::warning() const { return file_->warning(); }
 
 } // namespace ductile::io

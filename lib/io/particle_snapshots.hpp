@@ -26,7 +26,7 @@ struct ParticleField {
 /// it its final name.
 class ParticleSnapshotWriter {
 public:
-    /// Throws RunError when the file cannot be made, InputError when the earlier snapshots are unreadable.
+    /// Throws RunError when the file cannot be made, InputError when the earlier snapshots are damaged.
     ParticleSnapshotWriter(std::filesystem::path fields, const std::string& program,
                            const std::optional<EarlierSnapshots>& earlier = {}, const SnapshotConstants& constants = {});
     ~ParticleSnapshotWriter();
@@ -41,17 +41,12 @@ public:
     /// Renames to the final name and points the XDMF file there. Harmless when repeated.
     void finish();
 
+    /// Times of the snapshots in the file, earlier ones included [s].
+    [[nodiscard]] std::vector<double> times() const;
+    /// What a person must know about the earlier snapshots; empty if nothing.
+    [[nodiscard]] const std::string& warning() const;
+
 private:
-    struct Snapshot {
-        std::string group = {};
-        double time_s = 0.0;
-        std::size_t particles = 0;
-        std::vector<std::pair<std::string, std::string>> fields = {}; ///< names and units
-    };
-
-    [[nodiscard]] std::string xdmf(const std::string& hdf5_file) const;
-
-    std::vector<Snapshot> snapshots_;
     std::unique_ptr<SnapshotFile> file_;
 };
 

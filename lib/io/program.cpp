@@ -74,7 +74,7 @@ CLI::Option* Program::declare(const std::string& flag, Kind kind, const OptionHe
     if (kind == Kind::boolean)
         option->each([callback](const std::string& word) { callback({word}); });
     option->option_text(types[static_cast<std::size_t>(kind)])->group(help.group)->take_last()->run_callback_for_default();
-    declared_.push_back({flag.substr(2), kind, std::move(text), option});
+    declared_.push_back({flag.substr(2), kind, std::move(text), option, help.restart});
     return option;
 }
 
@@ -174,14 +174,18 @@ void Program::choose(const std::string& flag, const std::vector<std::string>& wo
 
 void Program::declare_common() {
     const bool checkpoints = checkpoints_ == Checkpoints::written;
+    const auto help = [](std::string meaning, std::string units = {}, Limits allowed = any_number) {
+        return OptionHelp{general, std::move(meaning), std::move(units), allowed, Restart::may_change};
+    };
     option("--output", common_.output,
-           {general,
-            std::string("folder for the files of the run") + (checkpoints ? "; a continued run stays in the checkpoint's" : "")});
-    option("--threads", common_.threads, {general, "number of threads", "", between(1, 4096)});
-    option("--quiet", common_.quiet, {general, "print errors only"});
+           help(std::string("folder for the files of the run") +
+                (checkpoints ? "; a continued run stays in the checkpoint's" : "")));
+    option("--threads", common_.threads, help("number of threads", "", between(1, 4096)));
+    option("--quiet", common_.quiet, help("print errors only"));
     if (checkpoints) {
-        option("--restart", common_.restart, {general, "checkpoint.h5 of an earlier run to go on from, with its options"});
-        option("--checkpoint-every", common_.checkpoint_every_s, {general, "wall time between two checkpoints", "s", positive});
+        option("--restart", common_.restart,
+               help("checkpoint.h5 of an earlier run to go on from, with its options; those of the scene cannot be changed"));
+        option("--checkpoint-every", common_.checkpoint_every_s, help("wall time between two checkpoints", "s", positive));
     }
     const auto set_config = [this](const CLI::results_t& results) {
         config_files_ = results;
@@ -274,8 +278,29 @@ void Program::apply_config(const std::string& text, const std::string& source, c
     }
 }
 
+/// Of each option of the scene that was given, the checkpoint must have the same value.
+void Program::require_same_scene(const std::string& config) const {
+    std::vector<std::string> differences;
+    for (const ConfigEntry& entry : read_config(config, common_.restart.string())) {
+        const auto found = std::ranges::find(declared_, entry.key, &Declared::key);
+        if (found == declared_.end() || found->restart == Restart::may_change || found->option->count() == 0)
+            continue;
+        const std::string asked = found->text();
+        found->option->add_result(fmt::format("{}", fmt::join(entry.values, ",")));
+        found->option->run_callback();
+        if (const std::string stored = found->text(); stored != asked)
+            differences.push_back(fmt::format("--{}: the checkpoint has {}, this run asks for {}", entry.key,
+                                              stored.empty() ? "none" : stored, asked.empty() ? "none" : asked));
+    }
+    if (!differences.empty())
+        throw InputError(
+            fmt::format("{}: the state in it belongs to another scene: {}; leave that out to go on, or start a new run",
+                        common_.restart.string(), fmt::join(differences, "; ")));
+}
+
 void Program::apply_restart() {
     const CheckpointReader checkpoint(common_.restart, name_);
+    require_same_scene(checkpoint.config());
     apply_config(checkpoint.config(), common_.restart.string(), {"restart", "output", "quiet"});
     if (std::ranges::find(declared_, "output", &Declared::key)->option->count() == 0)
         common_.output = common_.restart.has_parent_path() ? common_.restart.parent_path() : ".";

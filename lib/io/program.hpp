@@ -23,12 +23,17 @@ class Option;
 
 namespace ductile::io {
 
+/// Whether a run that goes on from a checkpoint may change an option. Only those may be changed that leave the meaning of the
+/// stored state alone: when and where to stop and write, how steps are taken and solved.
+enum class Restart { keeps, may_change };
+
 /// What a reader of --help and --print-config learns about an option.
 struct OptionHelp {
     std::string group;
     std::string meaning;
-    std::string units = {};      ///< SI units, empty for pure numbers
-    Limits allowed = any_number; ///< for numbers, and for each number of a list
+    std::string units = {};           ///< SI units, empty for pure numbers
+    Limits allowed = any_number;      ///< for numbers, and for each number of a list
+    Restart restart = Restart::keeps; ///< an option belongs to the scene unless it says otherwise
 };
 
 /// Values of the options that every program has.
@@ -44,8 +49,9 @@ struct CommonOptions {
 ///
 /// An option given on the command line goes before --config (of several files the last goes first), which goes before the options
 /// stored in the --restart checkpoint, which (but for the place and the silence of that run) go before the defaults (the values
-/// variables have when they are declared). Every option `--a-name` has the TOML key `a-name`. No option is ever required; check
-/// combinations after parse().
+/// variables have when they are declared). What belongs to the scene is refused where it differs from the checkpoint's. Every
+/// option
+/// `--a-name` has the TOML key `a-name`. No option is ever required; check combinations after parse().
 class Program {
 public:
     /// Whether the runs of a program write checkpoints and go on from them; if not, it has no options about them.
@@ -105,6 +111,7 @@ private:
         Kind kind;
         std::function<std::string()> text; ///< the variable's value
         CLI::Option* option;
+        Restart restart;
     };
     static std::string toml_value(const Declared& declared);
 
@@ -120,6 +127,7 @@ private:
     void refuse_unknown_arguments() const;
     void apply_config(const std::string& text, const std::string& source, const std::vector<std::string>& skipped_keys);
     void apply_restart();
+    void require_same_scene(const std::string& config) const;
 
     std::string name_, description_;
     Checkpoints checkpoints_;

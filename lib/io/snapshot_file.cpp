@@ -1,5 +1,6 @@
 #include <ductile/base/error.hpp>
 #include <ductile/io/atomic_file.hpp>
+#include <ductile/io/checksum.hpp>
 #include <ductile/io/snapshot_file.hpp>
 #include <ductile/io/text.hpp>
 #include <ductile/io/version.hpp>
@@ -17,7 +18,7 @@ namespace fs = std::filesystem;
 namespace ductile::io {
 
 namespace {
-/// Room for the group, the object headers and the attributes of one dataset, generously.
+/// Room for the group, the object headers, the attributes and the record of one dataset, generously.
 constexpr std::size_t overhead_bytes = 16 * 1024;
 } // namespace
 
@@ -26,7 +27,17 @@ SnapshotFile::SnapshotFile(fs::path final_path, const std::string& program, cons
     : final_(std::move(final_path)), partial_(final_), kind_(std::move(kind)) {
     partial_ += ".partial";
     AtomicFile target(partial_);
-    Hdf5File file = Hdf5File::create(target.temporary_path());
+    path_ = target.temporary_path();
+    write_head(program, constants);
+    if (earlier)
+        take_over(*earlier);
+    target.commit();
+    path_ = partial_;
+    describe();
+}
+
+void SnapshotFile::write_head(const std::string& program, const SnapshotConstants& constants) {
+    Hdf5File file = Hdf5File::create(path_, index_block_bytes);
     file.set_attribute("/", "format", kind_.format);
     file.set_attribute("/", "program", program);
     file.set_attribute("/", "version", version());
@@ -35,41 +46,61 @@ SnapshotFile::SnapshotFile(fs::path final_path, const std::string& program, cons
     if (kind_.write_head)
         kind_.write_head(file);
     file.create_group("snapshots");
-    if (earlier)
-        copy(*earlier, file);
+    add_record(file, index_record(fmt::format("{}; {}", kind_.format, kind_.grid), nullptr, {}));
     file.close();
-    target.commit();
-    describe();
+    write_index_block(path_, newest_);
 }
 
-void SnapshotFile::copy(const EarlierSnapshots& earlier, Hdf5File& file) {
-    // The partial form goes first: it began as a copy of the finished one.
+/// Writes the earlier snapshots anew, from their values alone.
+void SnapshotFile::take_over(const EarlierSnapshots& earlier) {
+    // The partial form goes first: it began with all that the checkpoint knows of the finished one.
     fs::path source = earlier.fields;
     source += ".partial";
     if (!fs::exists(source))
         source = earlier.fields;
-    if (!fs::exists(source))
+    if (!fs::exists(source)) {
+        if (earlier.count > 0)
+            warning_ =
+                fmt::format("{} begins after the checkpoint: the file with the {} earlier snapshots is gone; put it back and "
+                            "restart again to have them",
+                            final_.string(), earlier.count);
         return;
-    const Hdf5File old = Hdf5File::open(source);
-    if (!old.has_attribute("/", "format") || old.text_attribute("/", "format") != kind_.format)
+    }
+    const SnapshotIndex index = read_index(source);
+    const std::string format = index.head.substr(0, index.head.find("; "));
+    if (format != kind_.format)
         throw InputError(fmt::format("{}: this is not a file of format '{}': move it away to go on without earlier snapshots",
                                      source.string(), kind_.format));
-    if (kind_.check_head)
-        kind_.check_head(old);
-    for (const std::string& member : old.members("snapshots")) {
-        const std::string group = "snapshots/" + member;
-        const double time_s = old.double_attribute(group, "time_s");
-        if (time_s > earlier.until_s)
-            break;
-        kind_.take_over(old, group, time_s);
-        file.copy_from(old, group);
-        ++count_;
-    }
+    if (index.head != fmt::format("{}; {}", kind_.format, kind_.grid))
+        throw InputError(fmt::format("{}: the earlier snapshots are on another grid ({}, now {}): use another --output",
+                                     source.string(), index.head.substr(format.size() + 2), kind_.grid));
+    for (const StoredSnapshot& old : index.snapshots)
+        if (old.time_s <= earlier.until_s) {
+            StoredSnapshot copy = old;
+            append(std::move(copy), [&](Hdf5File& file, const std::string& path, std::size_t d) {
+                const std::vector<double> values = read_values(source, old, old.datasets[d]);
+                const std::vector<std::size_t>& shape = old.datasets[d].shape;
+                if (shape.size() == 1)
+                    file.write(path, values);
+                else
+                    file.write(path, ArrayView{values.data(), static_cast<int>(shape[0]), static_cast<int>(shape[1]),
+                                               static_cast<std::ptrdiff_t>(shape[1])});
+            });
+        }
+    if (snapshots_.size() < earlier.count)
+        throw InputError(
+            fmt::format("{}: it has {} snapshots up to the checkpoint, which knows of {}: put the file back as it was, "
+                        "or move it away to go on without them",
+                        source.string(), snapshots_.size(), earlier.count));
+    if (index.torn)
+        warning_ = fmt::format("{}: the snapshot that was being written when the run stopped is left out, the {} before it are "
+                               "kept; it is taken again if its time is after the checkpoint's",
+                               final_.string(), snapshots_.size());
 }
 
 /// Takes the space of the next snapshot from the disk before HDF5 touches the file, so that a full disk cannot damage it.
 void SnapshotFile::reserve(std::size_t bytes) const {
-    const int file = ::open(partial_.c_str(), O_WRONLY | O_CLOEXEC);
+    const int file = ::open(path_.c_str(), O_WRONLY | O_CLOEXEC);
     struct stat status {};
     int error = file < 0 || ::fstat(file, &status) != 0 ? errno : 0;
     if (error == 0) {
@@ -82,31 +113,67 @@ void SnapshotFile::reserve(std::size_t bytes) const {
     if (error == 0)
         return;
     std::error_code unknown;
-    const auto free = static_cast<double>(fs::space(partial_.parent_path(), unknown).available);
+    const auto free = static_cast<double>(fs::space(path_.parent_path(), unknown).available);
     const auto needed = static_cast<double>(bytes);
     const std::string missing = !unknown && free < needed ? fmt::format(", {} are missing", human_bytes(needed - free)) : "";
-    throw RunError(fmt::format("{}: no room for the next snapshot, which needs {}{} ({}): free space and restart from the "
-                               "checkpoint; earlier snapshots kept: {}",
-                               final_.string(), human_bytes(needed), missing, std::strerror(error), count_));
+    throw RunError(
+        fmt::format("{}: no room for the next snapshot, which needs {}{} ({}): check free space and whether the folder "
+                    "is still there; earlier snapshots kept: {}",
+                    final_.string(), human_bytes(needed), missing, std::strerror(error), snapshots_.size()));
 }
 
-void SnapshotFile::add(double time_s, std::int64_t step, std::size_t bytes, std::size_t datasets,
-                       const std::function<void(Hdf5File& file, const std::string& group)>& fill) {
-    reserve(bytes + overhead_bytes * (datasets + 1));
-    const std::string group = fmt::format("snapshots/{:06}", count_);
-    Hdf5File file = Hdf5File::open_for_append(partial_);
-    file.create_group(group);
-    file.set_attribute(group, "time_s", time_s);
-    file.set_attribute(group, "step", step);
-    fill(file, group);
-    file.close();
-    ++count_;
+void SnapshotFile::add_record(Hdf5File& file, const std::string& record) {
+    const std::string name = fmt::format("index/{:06}", snapshots_.size());
+    file.write_bytes(name, record);
+    file.flush();
+    newest_ = {.offset = file.byte_offset(name), .bytes = record.size(), .checksum = checksum(record)};
+}
+
+void SnapshotFile::append(StoredSnapshot snapshot,
+                          const std::function<void(Hdf5File& file, const std::string& path, std::size_t dataset)>& write) {
+    std::size_t bytes = overhead_bytes;
+    for (const SnapshotDataset& dataset : snapshot.datasets)
+        bytes += sizeof(double) * dataset.values() + overhead_bytes;
+    reserve(bytes);
+    snapshot.group = fmt::format("snapshots/{:06}", snapshots_.size());
+    Hdf5File file = Hdf5File::open_for_append(path_);
+    file.create_group(snapshot.group);
+    file.set_attribute(snapshot.group, "time_s", snapshot.time_s);
+    file.set_attribute(snapshot.group, "step", snapshot.step);
+    for (std::size_t d = 0; d < snapshot.datasets.size(); ++d) {
+        const SnapshotDataset& dataset = snapshot.datasets[d];
+        const std::string path = snapshot.group + "/" + dataset.name;
+        write(file, path, d);
+        file.set_attribute(path, "units", dataset.units);
+        if (!dataset.centring.empty())
+            file.set_attribute(path, "centring", dataset.centring);
+    }
+    file.flush();
+    for (SnapshotDataset& dataset : snapshot.datasets) {
+        dataset.offset = file.byte_offset(snapshot.group + "/" + dataset.name);
+        dataset.checksum = checksum(path_, dataset.offset, sizeof(double) * dataset.values());
+    }
+    snapshots_.push_back(std::move(snapshot));
+    try {
+        add_record(file, index_record({}, &snapshots_.back(), newest_));
+        file.close();
+        write_index_block(path_, newest_);
+    } catch (...) {
+        snapshots_.pop_back();
+        throw;
+    }
+}
+
+void SnapshotFile::add(double time_s, std::int64_t step, std::vector<SnapshotDataset> datasets,
+                       const std::function<void(Hdf5File& file, const std::string& path, std::size_t dataset)>& write) {
+    append({.time_s = time_s, .step = step, .datasets = std::move(datasets)}, write);
+    describe();
 }
 
 void SnapshotFile::describe() const {
     fs::path path = final_;
     path.replace_extension(".xdmf");
-    write_text_atomically(path, kind_.xdmf((finished_ ? final_ : partial_).filename().string()));
+    write_text_atomically(path, kind_.xdmf((finished_ ? final_ : partial_).filename().string(), snapshots_));
 }
 
 void SnapshotFile::finish() {
@@ -114,6 +181,7 @@ void SnapshotFile::finish() {
         return;
     rename_durably(partial_, final_);
     finished_ = true;
+    path_ = final_;
     describe();
 }
 

@@ -1,17 +1,20 @@
 #pragma once
 // Private: what the writers of fields and of particles share.
+#include <ductile/io/snapshot_index.hpp>
 #include <ductile/io/snapshots.hpp>
 
-#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
+#include <vector>
 
 namespace ductile::io {
 
-/// An HDF5 file of snapshots (groups snapshots/NNNNNN with the attributes time_s and step) and the XDMF file beside it.
+/// An HDF5 file of snapshots (groups snapshots/NNNNNN with the attributes time_s and step, and their index, see
+/// snapshot_index.hpp) and the XDMF file beside it.
 ///
 /// While running the file has the ending .partial; it is complete and closed between two snapshots, so that others may read it
 /// and a killed run leaves it behind. finish() gives it its final name.
@@ -20,24 +23,26 @@ public:
     /// What a kind of snapshots brings along.
     struct Kind {
         std::string format;
-        std::function<void(Hdf5File& file)> write_head;       ///< may be empty
-        std::function<void(const Hdf5File& file)> check_head; ///< of earlier snapshots; may be empty
-        std::function<void(const Hdf5File& file, const std::string& group, double time_s)> take_over; ///< an earlier snapshot
-        std::function<std::string(const std::string& hdf5_file)> xdmf;                                ///< of all snapshots so far
+        std::string grid;                               ///< what earlier snapshots must share, in words; may be empty
+        std::function<void(Hdf5File& file)> write_head; ///< may be empty
+        /// The XDMF text.
+        std::function<std::string(const std::string& hdf5_file, std::span<const StoredSnapshot> snapshots)> xdmf;
     };
 
-    /// Throws RunError when the file cannot be made, InputError when the earlier snapshots are unreadable or of another format.
+    /// Throws RunError when the file cannot be made, InputError when the earlier snapshots are damaged or of another format.
     SnapshotFile(std::filesystem::path final_path, const std::string& program, const SnapshotConstants& constants,
                  const std::optional<EarlierSnapshots>& earlier, Kind kind);
     SnapshotFile(const SnapshotFile&) = delete;
     SnapshotFile& operator=(const SnapshotFile&) = delete;
 
-    /// Adds a snapshot of about so many bytes in so many datasets, which `fill` writes below its group. Space is reserved first:
-    /// a full disk is a RunError that says how much is missing, and the snapshots before stay intact. Call describe() afterwards.
-    void add(double time_s, std::int64_t step, std::size_t bytes, std::size_t datasets,
-             const std::function<void(Hdf5File& file, const std::string& group)>& fill);
-    /// Writes the XDMF file anew.
-    void describe() const;
+    /// Adds a snapshot, whose datasets (their names, units, centring and shape) `write` makes by their path in the file. Space is
+    /// reserved first: a full disk is a RunError that says how much is missing, and the snapshots before stay intact.
+    void add(double time_s, std::int64_t step, std::vector<SnapshotDataset> datasets,
+             const std::function<void(Hdf5File& file, const std::string& path, std::size_t dataset)>& write);
+
+    [[nodiscard]] std::span<const StoredSnapshot> snapshots() const { return snapshots_; }
+    /// What a person must know about the earlier snapshots; empty if nothing.
+    [[nodiscard]] const std::string& warning() const { return warning_; }
 
     /// Renames to the final name and points the XDMF file there. Harmless when repeated. Throws RunError.
     void finish();
@@ -45,12 +50,19 @@ public:
     void finish_quietly() noexcept;
 
 private:
-    void copy(const EarlierSnapshots& earlier, Hdf5File& file);
+    void write_head(const std::string& program, const SnapshotConstants& constants);
+    void take_over(const EarlierSnapshots& earlier);
+    void append(StoredSnapshot snapshot,
+                const std::function<void(Hdf5File& file, const std::string& path, std::size_t dataset)>& write);
+    void add_record(Hdf5File& file, const std::string& record);
     void reserve(std::size_t bytes) const;
+    void describe() const;
 
-    std::filesystem::path final_, partial_;
+    std::filesystem::path final_, partial_, path_; ///< path_: where the file is now
     Kind kind_;
-    std::size_t count_ = 0;
+    std::vector<StoredSnapshot> snapshots_;
+    RecordPlace newest_;
+    std::string warning_;
     bool finished_ = false;
 };
 

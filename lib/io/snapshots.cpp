@@ -5,6 +5,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace ductile::io {
@@ -29,12 +31,8 @@ void write_head(Hdf5File& file, const SnapshotGrid& grid) {
     file.set_attribute("grid", "height_m", grid.height_m);
 }
 
-void check_same_grid(const Hdf5File& file, const SnapshotGrid& grid) {
-    const std::int64_t x = file.integer_attribute("grid", "cells_x"), y = file.integer_attribute("grid", "cells_y");
-    if (x != grid.cells_x || y != grid.cells_y || file.double_attribute("grid", "width_m") != grid.width_m ||
-        file.double_attribute("grid", "height_m") != grid.height_m)
-        throw InputError(fmt::format("{}: the earlier snapshots are on another grid ({} x {} cells): use another --output",
-                                     file.path().string(), x, y));
+std::string words(const SnapshotGrid& grid) {
+    return fmt::format("{} x {} cells on {} x {} m", grid.cells_x, grid.cells_y, grid.width_m, grid.height_m);
 }
 
 /// Rows and columns that a view may have, and whether its first column must be repeated.
@@ -47,62 +45,64 @@ bool needs_periodic_column(const SnapshotField& field, const SnapshotGrid& grid)
     return periodic;
 }
 
+std::string xdmf(const std::string& hdf5_file, const SnapshotGrid& grid, std::span<const StoredSnapshot> stored) {
+    std::vector<XdmfSnapshot> snapshots;
+    for (const StoredSnapshot& snapshot : stored) {
+        snapshots.push_back({.group = snapshot.group, .time_s = snapshot.time_s});
+        for (const SnapshotDataset& field : snapshot.datasets)
+            snapshots.back().fields.push_back({field.name, field.units, field.centring == "cell"});
+    }
+    return xdmf_text(hdf5_file, grid.cells_x, grid.cells_y, snapshots);
+}
+
 } // namespace
+
+bool lacks(const std::vector<double>& present, const std::vector<double>& wanted, double time_s) {
+    const auto is_now = [&](double time) { return std::abs(time - time_s) <= 1e-9 * std::abs(time_s); };
+    const bool asked = std::any_of(wanted.begin(), wanted.end(), is_now);
+    return asked && (present.empty() || (present.back() < time_s && !is_now(present.back())));
+}
 
 SnapshotWriter::SnapshotWriter(std::filesystem::path fields, const std::string& program, const SnapshotGrid& grid,
                                const std::optional<EarlierSnapshots>& earlier, const SnapshotConstants& constants)
-    : grid_(grid), file_(std::make_unique<SnapshotFile>(
-                       std::move(fields), program, constants, earlier,
-                       SnapshotFile::Kind{.format = "ductile fields 1",
-                                          .write_head = [this](Hdf5File& file) { write_head(file, grid_); },
-                                          .check_head = [this](const Hdf5File& file) { check_same_grid(file, grid_); },
-                                          .take_over =
-                                              [this](const Hdf5File& file, const std::string& group, double time_s) {
-                                                  XdmfSnapshot snapshot{.group = group, .time_s = time_s};
-                                                  for (const std::string& name : file.members(group)) {
-                                                      const std::string path = group + "/" + name;
-                                                      const bool cell = file.text_attribute(path, "centring") == "cell";
-                                                      snapshot.fields.push_back({name, file.text_attribute(path, "units"), cell});
-                                                  }
-                                                  snapshots_.push_back(std::move(snapshot));
-                                              },
-                                          .xdmf =
-                                              [this](const std::string& hdf5_file) {
-                                                  return xdmf_text(hdf5_file, grid_.cells_x, grid_.cells_y, snapshots_);
-                                              }})) {}
+    : grid_(grid),
+      file_(std::make_unique<SnapshotFile>(
+          std::move(fields), program, constants, earlier,
+          SnapshotFile::Kind{.format = "ductile fields 1",
+                             .grid = words(grid),
+                             .write_head = [grid](Hdf5File& file) { write_head(file, grid); },
+                             .xdmf = [grid](const std::string& hdf5_file,
+                                            std::span<const StoredSnapshot> stored) { return xdmf(hdf5_file, grid, stored); }})) {
+}
 
 SnapshotWriter::~SnapshotWriter() { file_->finish_quietly(); }
 
 void SnapshotWriter::write(double time_s, std::int64_t step, std::span<const SnapshotField> fields) {
-    std::size_t bytes = 0;
+    std::vector<SnapshotDataset> datasets;
     for (const SnapshotField& field : fields) {
-        const std::size_t columns =
-            static_cast<std::size_t>(field.values.columns) + (needs_periodic_column(field, grid_) ? 1 : 0);
-        bytes += sizeof(double) * columns * static_cast<std::size_t>(field.values.rows);
+        const std::size_t rows = static_cast<std::size_t>(field.values.rows),
+                          columns =
+                              static_cast<std::size_t>(field.values.columns) + (needs_periodic_column(field, grid_) ? 1 : 0);
+        datasets.push_back({.name = field.name,
+                            .units = field.units,
+                            .centring = field.centring == Centring::cell ? "cell" : "corner",
+                            .shape = {rows, columns}});
     }
-    XdmfSnapshot snapshot{.time_s = time_s};
-    file_->add(time_s, step, bytes, fields.size(), [&](Hdf5File& file, const std::string& group) {
-        snapshot.group = group;
-        for (const SnapshotField& field : fields) {
-            const std::string name = group + "/" + field.name;
-            const bool cell = field.centring == Centring::cell;
-            file.write(name, field.values, {field.scale, field.offset, needs_periodic_column(field, grid_)});
-            file.set_attribute(name, "units", field.units);
-            file.set_attribute(name, "centring", std::string(cell ? "cell" : "corner"));
-            snapshot.fields.push_back({field.name, field.units, cell});
-        }
+    file_->add(time_s, step, std::move(datasets), [&](Hdf5File& file, const std::string& path, std::size_t d) {
+        const SnapshotField& field = fields[d];
+        file.write(path, field.values, {field.scale, field.offset, needs_periodic_column(field, grid_)});
     });
-    snapshots_.push_back(std::move(snapshot));
-    file_->describe();
 }
 
 void SnapshotWriter::finish() { file_->finish(); }
 
 std::vector<double> SnapshotWriter::times() const {
     std::vector<double> times;
-    for (const XdmfSnapshot& snapshot : snapshots_)
+    for (const StoredSnapshot& snapshot : file_->snapshots())
         times.push_back(snapshot.time_s);
     return times;
 }
+
+const std::string& SnapshotWriter::warning() const { return file_->warning(); }
 
 } // namespace ductile::io

@@ -45,7 +45,11 @@ using SnapshotConstants = std::vector<std::pair<std::string, double>>;
 struct EarlierSnapshots {
     std::filesystem::path fields; ///< the earlier run's fields.h5
     double until_s = 0.0;         ///< time of the checkpoint; later snapshots are left out
+    std::size_t count = 0;        ///< how many there were then
 };
+
+/// Whether a snapshot is wanted at this time, and the newest there is is older. Times are equal to a part in 10^9.
+[[nodiscard]] bool lacks(const std::vector<double>& present, const std::vector<double>& wanted, double time_s);
 
 class SnapshotFile;
 
@@ -55,7 +59,7 @@ class SnapshotFile;
 /// and a killed run leaves it behind. finish() (or the destructor) gives it its final name.
 class SnapshotWriter {
 public:
-    /// Throws RunError when the file cannot be made, InputError when the earlier snapshots are unreadable or on another grid.
+    /// Throws RunError when the file cannot be made, InputError when the earlier snapshots are damaged or on another grid.
     SnapshotWriter(std::filesystem::path fields, const std::string& program, const SnapshotGrid& grid,
                    const std::optional<EarlierSnapshots>& earlier = {}, const SnapshotConstants& constants = {});
     ~SnapshotWriter();
@@ -71,10 +75,11 @@ public:
 
     /// Times of the snapshots in the file, earlier ones included [s].
     [[nodiscard]] std::vector<double> times() const;
+    /// What a person must know about the earlier snapshots; empty if nothing.
+    [[nodiscard]] const std::string& warning() const;
 
 private:
     SnapshotGrid grid_;
-    std::vector<XdmfSnapshot> snapshots_;
     std::unique_ptr<SnapshotFile> file_;
 };
 

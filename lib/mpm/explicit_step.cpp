@@ -38,7 +38,7 @@ void ExplicitStep::advance(State& state, double dt) {
     const std::span<const double> straining = momentum ? straining_ : motion_;
     check_travel(state, straining, dt);
     const NodalMotion motion{motion_, straining, increment_, false, dt};
-    check_folding(state, motion);
+    check_forecast(state, motion);
     d.advance(state.particles, motion);
     move_rigid_bodies(state.rigid_bodies, dt);
     state.time += dt;
@@ -59,20 +59,46 @@ void ExplicitStep::check_travel(const State& state, std::span<const double> velo
                             form_ == Form::velocity ? " or --form momentum" : ""));
 }
 
-void ExplicitStep::check_folding(const State& state, const NodalMotion& motion) const {
+/// Looks at particles one by one only where some may fold or leave the grid.
+void ExplicitStep::check_forecast(const State& state, const NodalMotion& motion) const {
+    const auto range = [](std::span<const double> nodal, std::size_t component) {
+        double low = 0.0, high = 0.0;
+        for (std::size_t c = component; c < nodal.size(); c += 2) {
+            low = std::min(low, nodal[c]);
+            high = std::max(high, nodal[c]);
+        }
+        return std::pair{low, high};
+    };
+    const Grid& grid = scene_.grid;
+    const Particles& p = state.particles;
     // derivatives of a shape function add up to 4/h in magnitude at most (B-splines at a side): while velocities differ by less
     // than h/(16 dt) each entry of dt grad v stays below 1/8
-    double low[2] = {}, high[2] = {};
-    for (std::size_t c = 0; c < motion.straining.size(); ++c) {
-        low[c % 2] = std::min(low[c % 2], motion.straining[c]);
-        high[c % 2] = std::max(high[c % 2], motion.straining[c]);
+    bool safe = true;
+    for (const std::size_t component : {0, 1}) {
+        const auto [low, high] = range(motion.straining, component);
+        safe = safe && (high - low) * motion.dt < grid.smallest_spacing() / 16.0;
+        const auto [back, forth] = range(motion.motion, component);
+        const auto& place = component == 0 ? p.x : p.y;
+        const auto [first, last] = std::minmax_element(place.begin(), place.end());
+        const double begin = component == 0 ? grid.left : grid.bottom;
+        const double end = begin + (component == 0 ? grid.width : grid.height);
+        safe = safe && *first + motion.dt * back >= begin && *last + motion.dt * forth <= end;
     }
-    if (std::max(high[0] - low[0], high[1] - low[1]) * motion.dt < scene_.grid.smallest_spacing() / 16.0)
+    if (safe)
         return;
-    if (const double smallest = discretisation_->forecast(state.particles, motion).smallest_determinant; !(smallest > 0.0))
+    const Forecast forecast = discretisation_->forecast(p, motion);
+    if (!(forecast.smallest_determinant > 0.0))
         throw RunError(fmt::format("step {} at t = {:.6g} s with dt = {:.6g} s would fold the grid: its deformation has the "
                                    "determinant {:.3g} at a particle: use a smaller --dt",
-                                   state.step + 1, state.time, motion.dt, smallest));
+                                   state.step + 1, state.time, motion.dt, forecast.smallest_determinant));
+    if (forecast.leaving < 0)
+        return;
+    const auto n = static_cast<std::size_t>(forecast.leaving);
+    throw RunError(fmt::format("step {} at t = {:.6g} s with dt = {:.6g} s: particle {} at ({:.6g}, {:.6g}) m would leave the "
+                               "background grid, which extends from ({:.6g}, {:.6g}) to ({:.6g}, {:.6g}) m: use a larger grid, "
+                               "another condition at its sides, or an earlier end",
+                               state.step + 1, state.time, motion.dt, p.id[n], p.x[n], p.y[n], grid.left, grid.bottom,
+                               grid.left + grid.width, grid.bottom + grid.height));
 }
 
 double stability_limit(const Scene& scene, const Particles& particles) {

@@ -35,7 +35,7 @@ public:
 
 private:
     void check_travel(const State& state, std::span<const double> velocity, double dt) const;
-    void check_folding(const State& state, const NodalMotion& motion) const;
+    void check_forecast(const State& state, const NodalMotion& motion) const;
 
     const Scene& scene_;
     Form form_;

@@ -23,7 +23,7 @@ void declare_domain(io::Program& program, Options& o) {
 
 void declare_time(io::Program& program, Options& o) {
     const auto help = [](std::string meaning, std::string units = {}, io::Limits allowed = io::positive) {
-        return io::OptionHelp{"Time integration", std::move(meaning), std::move(units), allowed};
+        return io::OptionHelp{"Time integration", std::move(meaning), std::move(units), allowed, io::Restart::may_change};
     };
     program.choice("--method", o.method,
                    {{"explicit", Method::explicit_steps},
@@ -55,7 +55,7 @@ void declare_time(io::Program& program, Options& o) {
 
 void declare_solver(io::Program& program, Options& o) {
     const auto help = [](std::string meaning, std::string units = {}, io::Limits allowed = io::positive) {
-        return io::OptionHelp{"Solver of implicit steps", std::move(meaning), std::move(units), allowed};
+        return io::OptionHelp{"Solver of implicit steps", std::move(meaning), std::move(units), allowed, io::Restart::may_change};
     };
     program.choice("--solver", o.solver,
                    {{"newton-cg", SolverKind::newton_cg},
@@ -99,7 +99,7 @@ void declare_solver(io::Program& program, Options& o) {
 
 void declare_run(io::Program& program, Options& o) {
     const auto help = [](std::string meaning, std::string units = {}, io::Limits allowed = io::positive) {
-        return io::OptionHelp{"Run", std::move(meaning), std::move(units), allowed};
+        return io::OptionHelp{"Run", std::move(meaning), std::move(units), allowed, io::Restart::may_change};
     };
     program.option("--duration", o.duration, help("the end of the run; a step ends there", "s"));
     program.option("--snapshots", o.snapshots,

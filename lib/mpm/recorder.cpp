@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <fmt/format.h>
 
 namespace ductile::mpm {
@@ -38,19 +39,25 @@ std::string body_array(std::size_t body, const char* coordinate) { return fmt::f
 
 Recorder::Recorder(const Problem& problem, const RunOptions& options, const io::Program& program, const io::OutputFolder& folder,
                    const io::CheckpointReader* checkpoint, double start_s)
-    : problem_(problem), program_(program), folder_(folder),
-      snapshots_(folder.fields(), program.name(),
-                 checkpoint && folder.continued() ? std::optional(io::EarlierSnapshots{folder.fields(), start_s}) : std::nullopt,
+    : problem_(problem), options_(options), program_(program), folder_(folder),
+      snapshots_(folder.fields(), program.name(), checkpoint ? checkpoint->snapshots(folder, start_s) : std::nullopt,
                  {{"grid_left_m", problem.scene.grid.left},
                   {"grid_bottom_m", problem.scene.grid.bottom},
                   {"cell_width_m", problem.scene.grid.dx()},
                   {"cell_height_m", problem.scene.grid.dy()},
                   {"cells_x", problem.scene.grid.cells_x},
                   {"cells_y", problem.scene.grid.cells_y}}),
-      history_(folder.history(), history_columns(problem)),
-      progress_({.duration_s = options.duration_s, .start_s = start_s, .quiet = program.common().quiet}) {
-    if (checkpoint)
-        history_.restore(checkpoint->history());
+      history_(folder.history(), history_columns(problem), checkpoint ? std::optional(checkpoint->history()) : std::nullopt),
+      progress_({.duration_s = options.duration_s, .start_s = start_s, .quiet = program.common().quiet}) {}
+
+bool Recorder::lacks_snapshot(double time_s) const { return io::lacks(snapshots_.times(), options_.snapshots_s, time_s); }
+
+std::vector<std::string> Recorder::warnings() const {
+    std::vector<std::string> said;
+    for (const std::string& warning : {snapshots_.warning(), history_.warning()})
+        if (!warning.empty())
+            said.push_back(warning);
+    return said;
 }
 
 void Recorder::snapshot(const State& state) {
@@ -118,14 +125,16 @@ void Recorder::checkpoint(const State& state, const StepControl& control, const 
     for (const auto& [name, numbers] : tally)
         content.vectors.emplace_back(fmt::format("tally/{}", name), numbers);
     content.integer_vectors.emplace_back("touching", control.plan().touching);
-    content.history = &history_.table();
+    content.snapshots = snapshots_.times().size();
+    content.history = history_.mark();
     io::write_checkpoint(folder_.checkpoint(), content);
 }
 
-std::string Recorder::curve() const {
+std::string Recorder::curve() {
     if (problem_.curve_x.empty())
         return {};
-    return io::terminal_plot(history_.table().column(problem_.curve_x), history_.table().column(problem_.curve_y),
+    const io::HistoryTable history = history_.read({problem_.curve_x, problem_.curve_y});
+    return io::terminal_plot(history.column(problem_.curve_x), history.column(problem_.curve_y),
                              {.x_label = problem_.label_x, .y_label = problem_.label_y});
 }
 
@@ -135,23 +144,44 @@ void Recorder::finish() {
     snapshots_.finish();
 }
 
+void Recorder::finish_quietly() noexcept {
+    try {
+        finish();
+    } catch (const Error&) {
+        // the failure that ended the run is the one to tell
+    }
+}
+
 State read_state(const io::CheckpointReader& checkpoint, const State& start) {
     State state = start;
     const std::size_t stored = checkpoint.vector("particles/x").size();
     if (stored != start.particles.size())
         throw InputError(fmt::format("{}: the checkpoint has {} particles, the scene {}: leave the scene's options as they were",
                                      checkpoint.path().string(), stored, start.particles.size()));
-    const auto fill = [&](auto& array, const auto& values) { array.assign(values.begin(), values.end()); };
+    const auto fill = [&](auto& array, const std::string& name, const auto& values) {
+        if (values.size() != array.size())
+            throw InputError(fmt::format("{}: '{}' has {} values, expected {}: use another checkpoint",
+                                         checkpoint.path().string(), name, values.size(), array.size()));
+        for (const auto value : values)
+            if (!std::isfinite(static_cast<double>(value)))
+                throw InputError(fmt::format("{}: '{}' has a value that is not finite: use another checkpoint",
+                                             checkpoint.path().string(), name));
+        array.assign(values.begin(), values.end());
+    };
+    const auto fill_vector = [&](auto& array, const std::string& name) { fill(array, name, checkpoint.vector(name)); };
     for (const auto& [name, array] : named_arrays(state.particles))
-        fill(*array, checkpoint.vector(fmt::format("particles/{}", name)));
+        fill_vector(*array, fmt::format("particles/{}", name));
     for (const auto& [name, array] : named_integer_arrays(state.particles))
-        fill(*array, checkpoint.integer_vector(fmt::format("particles/{}", name)));
+        fill(*array, std::string(name), checkpoint.integer_vector(fmt::format("particles/{}", name)));
     for (std::size_t b = 0; b < state.rigid_bodies.size(); ++b) {
-        state.rigid_bodies[b].x = checkpoint.vector(body_array(b, "x"));
-        state.rigid_bodies[b].y = checkpoint.vector(body_array(b, "y"));
+        fill_vector(state.rigid_bodies[b].x, body_array(b, "x"));
+        fill_vector(state.rigid_bodies[b].y, body_array(b, "y"));
     }
     state.time = checkpoint.scalar("time");
     state.step = checkpoint.counter("step");
+    if (!std::isfinite(state.time) || state.step < 0)
+        throw InputError(fmt::format("{}: time {} s after {} steps is impossible: use another checkpoint",
+                                     checkpoint.path().string(), state.time, state.step));
     return state;
 }
 

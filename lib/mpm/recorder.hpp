@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <map>
 #include <string>
+#include <vector>
 
 namespace ductile::mpm {
 
@@ -22,13 +23,19 @@ public:
     void progress(const State& state, const StepControl::Step& step);
     void checkpoint(const State& state, const StepControl& control, const Tally& tally,
                     const std::map<std::string, std::int64_t>& counters);
-    [[nodiscard]] const io::HistoryTable& history() const { return history_.table(); }
     /// The problem's curve of the whole run, for the terminal.
-    [[nodiscard]] std::string curve() const;
+    [[nodiscard]] std::string curve();
+    /// What a person must know about what an earlier run left.
+    [[nodiscard]] std::vector<std::string> warnings() const;
+    /// Whether the options ask for a snapshot at this time that is not in the file: a full disk may have come between.
+    [[nodiscard]] bool lacks_snapshot(double time_s) const;
     void finish();
+    /// For a run that failed: what cannot be finished stays behind in its partial form.
+    void finish_quietly() noexcept;
 
 private:
     const Problem& problem_;
+    const RunOptions& options_;
     const io::Program& program_;
     const io::OutputFolder& folder_;
     io::ParticleSnapshotWriter snapshots_;

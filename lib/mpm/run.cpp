@@ -109,6 +109,8 @@ io::RunStatus run(const Problem& problem, State& state, TimeStepper& stepper, St
 
     Timer wall, since_checkpoint;
     Recorder recorder(problem, options, program, folder, checkpoint, state.time);
+    for (const std::string& warning : recorder.warnings())
+        summary.warnings.push_back(warning);
     double output_seconds = 0.0;
 
     // what summary numbers need, of every step
@@ -126,6 +128,8 @@ io::RunStatus run(const Problem& problem, State& state, TimeStepper& stepper, St
     if (checkpoint) {
         for (auto& [name, numbers] : tally)
             numbers = checkpoint->vector(fmt::format("tally/{}", name));
+        if (folder.continued() && recorder.lacks_snapshot(state.time))
+            recorder.snapshot(state);
     } else {
         if (schedule.has_snapshot(state.time))
             recorder.snapshot(state);
@@ -221,10 +225,16 @@ io::RunStatus run(const Problem& problem, State& state, TimeStepper& stepper, St
         // the row of the end, where it is not an n-th one: a continued run will not have it
         if (state.step % options.history_every != 0)
             recorder.row({state, step.dt, contact_forces}, outcome);
-    } catch (...) {
-        describe_run();
-        recorder.finish();
-        throw;
+    } catch (const Error& failure) {
+        const RunError advised =
+            io::with_checkpoint(failure, folder.checkpoint(), [&] { recorder.checkpoint(state, control, tally, counters()); });
+        recorder.finish_quietly();
+        try {
+            describe_run();
+        } catch (const Error&) {
+            // the history cannot be read back: its curve is missing
+        }
+        throw advised;
     }
     recorder.finish();
     describe_run();

@@ -69,7 +69,7 @@ void declare_initial(io::Program& program, Options& o) {
 
 void declare_time(io::Program& program, Options& o) {
     const auto help = [](std::string meaning, std::string units = {}, io::Limits allowed = io::positive) {
-        return io::OptionHelp{"Time integration", std::move(meaning), std::move(units), allowed};
+        return io::OptionHelp{"Time integration", std::move(meaning), std::move(units), allowed, io::Restart::may_change};
     };
     std::vector<std::pair<std::string, Scheme>> scheme_names;
     std::string scheme_meanings;
@@ -112,7 +112,7 @@ void declare_time(io::Program& program, Options& o) {
 
 void declare_output(io::Program& program, Options& o) {
     const auto help = [](std::string meaning, std::string units = {}, io::Limits allowed = io::positive) {
-        return io::OptionHelp{"Run", std::move(meaning), std::move(units), allowed};
+        return io::OptionHelp{"Run", std::move(meaning), std::move(units), allowed, io::Restart::may_change};
     };
     program.option("--duration", o.duration, help("simulated time at the end", "s"));
     program.option("--snapshots", o.snapshots, help("times of the snapshots in fields.h5: t1,t2,...", "s", io::not_negative));

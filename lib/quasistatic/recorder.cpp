@@ -3,9 +3,11 @@
 #include <ductile/quasistatic/projection.hpp>
 #include <ductile/quasistatic/recorder.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace ductile::quasistatic {
 
@@ -27,8 +29,12 @@ template <class S> auto named_fields(S& state) {
 
 void read_field(const io::CheckpointReader& checkpoint, const std::string& name, Field& field) {
     checkpoint.read_array(name, {field.row(0), field.rows(), field.columns(), field.stride()});
-    for (int j = 0; j < field.rows(); ++j)
+    for (int j = 0; j < field.rows(); ++j) {
+        if (!std::all_of(field.row(j), field.row(j) + field.columns(), [](double value) { return std::isfinite(value); }))
+            throw InputError(
+                fmt::format("{}: '{}' has a value that is not finite: use another checkpoint", checkpoint.path().string(), name));
         field.wrap_row(j);
+    }
 }
 
 std::string internal_name(const Scene& scene) {
@@ -65,17 +71,24 @@ std::map<std::string, std::int64_t> identity(const TimeStepper& stepper, const S
 
 Recorder::Recorder(const Scene& scene, const RunOptions& options, const io::Program& program, const io::OutputFolder& folder,
                    const io::CheckpointReader* checkpoint, double start_s)
-    : scene_(scene), program_(program), folder_(folder), force_(scene.grid),
+    : scene_(scene), options_(options), program_(program), folder_(folder), force_(scene.grid),
       snapshots_(folder.fields(), program.name(),
                  {scene.grid.cells_x, scene.grid.cells_y, scene.grid.width * scene.units.length,
                   scene.grid.height * scene.units.length, scene.grid.x(0) * scene.units.length,
                   scene.grid.y(0) * scene.units.length},
-                 checkpoint && folder.continued() ? std::optional(io::EarlierSnapshots{folder.fields(), start_s}) : std::nullopt,
+                 checkpoint ? checkpoint->snapshots(folder, start_s) : std::nullopt,
                  {{"time_unit_s", scene.units.time}, {"yield_stress_Pa", scene.units.stress}}),
-      history_(folder.history(), history_columns(scene)),
-      progress_({.duration_s = options.duration_s, .start_s = start_s, .quiet = program.common().quiet}) {
-    if (checkpoint)
-        history_.restore(checkpoint->history());
+      history_(folder.history(), history_columns(scene), checkpoint ? std::optional(checkpoint->history()) : std::nullopt),
+      progress_({.duration_s = options.duration_s, .start_s = start_s, .quiet = program.common().quiet}) {}
+
+bool Recorder::lacks_snapshot(double time_s) const { return io::lacks(snapshots_.times(), options_.snapshots_s, time_s); }
+
+std::vector<std::string> Recorder::warnings() const {
+    std::vector<std::string> said;
+    for (const std::string& warning : {snapshots_.warning(), history_.warning()})
+        if (!warning.empty())
+            said.push_back(warning);
+    return said;
 }
 
 void Recorder::snapshot(const State& state) {
@@ -131,13 +144,15 @@ void Recorder::checkpoint(TimeStepper& stepper, StepControl& control, AccuracyWa
         content.arrays.emplace_back(name, view(*field));
     for (const auto& [name, field] : stepper.hidden_fields())
         content.arrays.emplace_back(name, view(*field));
-    content.history = &history_.table();
+    content.snapshots = snapshots_.times().size();
+    content.history = history_.mark();
     io::write_checkpoint(folder_.checkpoint(), content);
 }
 
-std::string Recorder::curve() const {
-    const std::vector<double> strain = history_.table().column("wall_strain");
-    std::vector<double> traction = history_.table().column("wall_shear_traction_Pa");
+std::string Recorder::curve() {
+    const io::HistoryTable history = history_.read({"wall_strain", "wall_shear_traction_Pa"});
+    const std::vector<double> strain = history.column("wall_strain");
+    std::vector<double> traction = history.column("wall_shear_traction_Pa");
     for (double& value : traction)
         value *= 1e-6;
     return io::terminal_plot(strain, traction, {.x_label = "wall strain", .y_label = "shear traction on the wall [MPa]"});
@@ -149,10 +164,18 @@ void Recorder::finish() {
     snapshots_.finish();
 }
 
+void Recorder::finish_quietly() noexcept {
+    try {
+        finish();
+    } catch (const Error&) {
+        // the failure that ended the run is the one to tell
+    }
+}
+
 State read_state(const io::CheckpointReader& checkpoint, const Scene& scene) {
     const Grid& grid = scene.grid;
     checkpoint.require_cells({grid.cells_x, grid.cells_y});
-    if (checkpoint.history().columns != history_columns(scene))
+    if (checkpoint.history().mark.columns != fmt::format("{}", fmt::join(history_columns(scene), ",")))
         throw InputError(fmt::format("{}: this checkpoint was written with another --plasticity: restart with that one",
                                      checkpoint.path().string()));
     State state{.cells = CellState(grid),
@@ -161,6 +184,9 @@ State read_state(const io::CheckpointReader& checkpoint, const Scene& scene) {
                 .step = checkpoint.counter("step")};
     for (const auto& [name, field] : named_fields(state))
         read_field(checkpoint, name, *field);
+    if (!std::isfinite(state.time) || state.step < 0)
+        throw InputError(fmt::format("{}: time {} s after {} steps is impossible: use another checkpoint",
+                                     checkpoint.path().string(), state.time * scene.units.time, state.step));
     return state;
 }
 

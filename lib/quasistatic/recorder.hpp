@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <map>
 #include <string>
+#include <vector>
 
 namespace ductile::quasistatic {
 
@@ -27,11 +28,18 @@ public:
     void checkpoint(TimeStepper& stepper, StepControl& control, AccuracyWatch& watch,
                     const std::map<std::string, std::int64_t>& counters);
     /// The strain-stress curve of the whole run, for the terminal.
-    [[nodiscard]] std::string curve() const;
+    [[nodiscard]] std::string curve();
+    /// What a person must know about what an earlier run left.
+    [[nodiscard]] std::vector<std::string> warnings() const;
+    /// Whether the options ask for a snapshot at this time that is not in the file: a full disk may have come between.
+    [[nodiscard]] bool lacks_snapshot(double time_s) const;
     void finish();
+    /// For a run that failed: what cannot be finished stays behind in its partial form.
+    void finish_quietly() noexcept;
 
 private:
     const Scene& scene_;
+    const RunOptions& options_;
     const io::Program& program_;
     const io::OutputFolder& folder_;
     VectorField force_; // room for the residual of equilibrium

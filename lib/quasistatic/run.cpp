@@ -48,6 +48,10 @@ io::RunStatus run(const Scene& scene, TimeStepper& stepper, StepControl& control
 
     Timer wall, since_checkpoint;
     Recorder recorder(scene, options, program, folder, checkpoint, start * unit);
+    for (const std::string& warning : recorder.warnings())
+        summary.warnings.push_back(warning);
+    if (checkpoint && folder.continued() && recorder.lacks_snapshot(start * unit))
+        recorder.snapshot(stepper.state());
     if (!checkpoint) {
         control.start(stepper.time_scale());
         if (std::find(options.snapshots_s.begin(), options.snapshots_s.end(), 0.0) != options.snapshots_s.end())
@@ -130,10 +134,16 @@ io::RunStatus run(const Scene& scene, TimeStepper& stepper, StepControl& control
         // the row of the end, where it is not an n-th one: a continued run will not have it
         if (stepper.state().step % options.history_every != 0)
             recorder.row(stepper.state(), step.dt, attempt.measure);
-    } catch (...) {
-        describe_run();
-        recorder.finish();
-        throw;
+    } catch (const Error& failure) {
+        const RunError advised =
+            io::with_checkpoint(failure, folder.checkpoint(), [&] { recorder.checkpoint(stepper, control, counters()); });
+        recorder.finish_quietly();
+        try {
+            describe_run();
+        } catch (const Error&) {
+            // the history cannot be read back: its curve is missing
+        }
+        throw advised;
     }
     recorder.finish();
     describe_run();
