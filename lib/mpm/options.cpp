@@ -295,8 +295,8 @@ int run_program(const io::Program& program, const Options& options, const Proble
             warnings.push_back(doubt);
     }
     const auto body = [&](const io::OutputFolder& folder, io::RunSummary& summary) {
-        const io::RunStatus status = run(problem, state, *stepper, control, run_options, program, folder,
-                                         checkpoint ? &*checkpoint : nullptr, summary);
+        const io::RunStatus status =
+            run(problem, state, *stepper, control, run_options, program, folder, checkpoint ? &*checkpoint : nullptr, summary);
         if (known.empty()) // what has been pressed together, and so become denser in cells, may have outgrown the limit since
             for (const std::string& warning : step_warnings(options, problem.scene, state, control.options().target))
                 summary.warnings.push_back("at the end of the run " + warning);

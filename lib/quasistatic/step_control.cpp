@@ -103,7 +103,7 @@ bool StepControl::judge_by_projection(const ProjectionSteps& policy, const Step&
 bool StepControl::judge_by_error(const ErrorSteps& policy, const Step& step, const StepAttempt& attempt) {
     const double error = std::max(attempt.measure / policy.tolerance, 1e-6);
     limit_ = StepLimit::accuracy;
-    if (error >= 1.0) {
+    if (!(error < 1.0)) { // NaN, too
         planned_ = step.dt * std::max(policy.smallest_shrink, policy.safety * std::pow(error, -1.0 / policy.order));
         return false;
     }
