@@ -28,6 +28,8 @@ public:
     DruckerPrager(const IsotropicElasticity& elasticity, const DruckerPragerParameters& parameters);
 
     [[nodiscard]] const IsotropicElasticity& elasticity() const { return elasticity_; }
+    /// k, which off the apex is the equivalent plastic strain, too.
+    [[nodiscard]] static const InternalVariable& internal_variable() { return plastic_strain_variable; }
     [[nodiscard]] StressReturn correct(const SymmetricTensor& trial, double internal, double) const;
     [[nodiscard]] Tangent tangent(const SymmetricTensor& trial, double internal, double) const;
 

@@ -23,6 +23,7 @@ public:
     }
 
     [[nodiscard]] const IsotropicElasticity& elasticity() const { return elasticity_; }
+    [[nodiscard]] InternalVariable internal_variable() const { return model_.internal_variable(); }
 
     [[nodiscard]] StressReturn correct(const SymmetricTensor& trial, double internal, double dt) const {
         const SymmetricTensor s = deviator(trial);
