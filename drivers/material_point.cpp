@@ -37,7 +37,7 @@ int main(int argc, char** argv) {
         program.say(describe(options, history, units));
 
         // 3. run every method with every tolerance, and report
-        return program.run([&](const io::OutputFolder& folder, io::RunSummary& summary) {
+        const auto body = [&](const io::OutputFolder& folder, io::RunSummary& summary) {
             std::vector<Run> runs;
             auto status = io::RunStatus::completed;
             Timer timer;
@@ -60,6 +60,7 @@ int main(int argc, char** argv) {
             if (!runs.empty())
                 summary.drawing = stress_strain_curve(history, units, runs);
             return status;
-        });
+        };
+        return program.run(body, doubts(numbers_of(options.material)));
     });
 }

@@ -8,6 +8,7 @@
 #include <ductile/base/threads.hpp>
 #include <ductile/io/interrupt.hpp>
 #include <ductile/io/program.hpp>
+#include <ductile/quasistatic/doubts.hpp>
 #include <ductile/quasistatic/options.hpp>
 
 using namespace ductile;
@@ -24,18 +25,22 @@ int main(int argc, char** argv) {
 
         // 2. scene, steps, initial or restored state: all input is checked before anything is written
         const Scene scene = make_scene(options);
+        check_meaning(options, scene);
         StepControl control = make_step_control(options, scene);
         const auto checkpoint = program.open_restart(checkpoint_format);
         State state = checkpoint ? read_state(*checkpoint, scene) : initial_state(scene, make_initial_internal(options, scene));
 
         // 3. time stepper with its elliptic solver
         const RunOptions run_options = make_run_options(options, scene, state.time);
+        const std::vector<std::string> warnings = doubts(options, scene, state.cells);
         const auto stepper = make_time_stepper(options, scene, std::move(state));
         program.say(describe(options, scene, *stepper, thread_count()));
 
         // 4. run and report
-        return program.run([&](const io::OutputFolder& folder, io::RunSummary& summary) {
-            return run(scene, *stepper, control, run_options, program, folder, checkpoint ? &*checkpoint : nullptr, summary);
-        });
+        return program.run(
+            [&](const io::OutputFolder& folder, io::RunSummary& summary) {
+                return run(scene, *stepper, control, run_options, program, folder, checkpoint ? &*checkpoint : nullptr, summary);
+            },
+            warnings);
     });
 }

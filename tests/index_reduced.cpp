@@ -27,7 +27,7 @@ std::unique_ptr<TimeStepper> sundials_for(Scheme scheme, const Scene& scene, con
 
 State at_rest(const Scene& scene) {
     const RandomField rough{.mean = 0.033, .deviation = 0.0015, .correlation_length = 0.25, .seed = 5};
-    return initial_state(scene, initial_internal(scene.grid, rough, 0.0));
+    return initial_state(scene, initial_internal(scene.grid, rough, internal_variable(scene.plasticity)));
 }
 
 /// A state that flows plastically everywhere and stays so: smooth in time, without the corner at yield.

@@ -26,11 +26,14 @@ constexpr Model models[] = {Model::reduced, Model::full};
 /// A law that never yields in these tests.
 Plasticity elastic() { return PerzynaModel({.yield_stress = 1e30}, Units{}); }
 
+/// A temperature in kelvins: the law of no model.
+constexpr InternalVariable kelvin{.name = "effective_temperature", .unit = "K", .lower = 1.0, .upper = 1e4};
+
 State at_rest(const Scene& scene, double internal) {
-    return initial_state(scene, initial_internal(scene.grid, Uniform{internal}, 0.0));
+    return initial_state(scene, initial_internal(scene.grid, Uniform{internal}, internal_variable(scene.plasticity)));
 }
 State at_rest(const Scene& scene, const InitialInternal& internal) {
-    return initial_state(scene, initial_internal(scene.grid, internal, 0.0));
+    return initial_state(scene, initial_internal(scene.grid, internal, internal_variable(scene.plasticity)));
 }
 
 /// The pattern of the paper in units of e_Z/k_B.
@@ -651,7 +654,7 @@ TEST_SUITE("quasistatic") {
 
     TEST_CASE_FIXTURE(fields::OneThread, "the initial field of App. C") {
         const Grid fine{400, 400, 2.0, 2.0};
-        const Field chi = initial_internal(fine, PaperPattern{}, 1.0);
+        const Field chi = initial_internal(fine, PaperPattern{}, kelvin);
         double low = 1e9, high = 0.0;
         for (int j = 0; j < 400; ++j)
             for (int i = 0; i < 400; ++i) {
@@ -676,14 +679,15 @@ TEST_SUITE("quasistatic") {
         };
         for (const auto& [i, j] : {std::pair{0, 0}, {399, 120}, {200, 200}, {320, 70}, {60, 320}, {113, 207}, {395, 60}})
             CHECK(chi(i, j) == doctest::Approx(literal(fine.x(i + 0.5), fine.y(j + 0.5))).epsilon(1e-12));
-        const Field coarse = initial_internal({48, 30, 6.0, 4.0}, PaperPattern{600.0, 100.0}, 1.0); // stretched to any rectangle
+        const Field coarse =
+            initial_internal({48, 30, 6.0, 4.0}, PaperPattern{600.0, 100.0}, kelvin); // stretched to any rectangle
         CHECK(coarse(7, 11) ==
               doctest::Approx(600.0 + (literal(-1.0 + 7.5 / 24.0, -1.0 + 11.5 / 15.0) - 640.0) / 1.8).epsilon(1e-12));
     }
 
     TEST_CASE_FIXTURE(fields::OneThread, "other initial fields: values, periodicity, bad parameters") {
         const Grid grid{40, 30, 2.0, 2.0};
-        const Field inclusion = initial_internal(grid, GaussianInclusion{600.0, 90.0, 0.95, -0.3, 0.15}, 1.0);
+        const Field inclusion = initial_internal(grid, GaussianInclusion{600.0, 90.0, 0.95, -0.3, 0.15}, kelvin);
         for (const auto& [i, j] : {std::pair{39, 10}, {0, 10}, {20, 3}, {1, 12}}) {
             double r2 = 1e9; // the nearest of all periodic images
             for (int image = -2; image <= 2; ++image)
@@ -691,17 +695,17 @@ TEST_SUITE("quasistatic") {
             CHECK(inclusion(i, j) == doctest::Approx(600.0 + 90.0 * std::exp(-r2 / (2.0 * 0.15 * 0.15))).epsilon(1e-12));
         }
         CHECK(inclusion(0, 10) > 640.0); // it reaches around the period
-        fields::check_uniform(initial_internal(grid, Uniform{700.0}, 1.0), 700.0, 0.0);
-        CHECK(initial_internal(grid, Uniform{700.0}, 1.0)(-1, 3) == 700.0);
+        fields::check_uniform(initial_internal(grid, Uniform{700.0}, kelvin), 700.0, 0.0);
+        CHECK(initial_internal(grid, Uniform{700.0}, kelvin)(-1, 3) == 700.0);
 
         const auto rejects = [&](const InitialInternal& initial, const char* part) {
-            CHECK(contains(message_of<InputError>([&] { (void)initial_internal(grid, initial, 1.0); }), part));
+            CHECK(contains(message_of<InputError>([&] { (void)initial_internal(grid, initial, kelvin); }), part));
         };
-        rejects(Uniform{0.5}, "initial internal variable");
-        rejects(Uniform{std::numeric_limits<double>::quiet_NaN()}, "initial internal variable");
-        rejects(Uniform{std::numeric_limits<double>::infinity()}, "initial internal variable");
-        rejects(PaperPattern{-640.0, 180.0}, "initial internal variable");
-        rejects(GaussianInclusion{600.0, -700.0, 0.0, 0.0, 0.2}, "initial internal variable");
+        rejects(Uniform{0.5}, "initial effective temperature");
+        rejects(Uniform{std::numeric_limits<double>::quiet_NaN()}, "initial effective temperature");
+        rejects(Uniform{std::numeric_limits<double>::infinity()}, "initial effective temperature");
+        rejects(PaperPattern{-640.0, 180.0}, "initial effective temperature");
+        rejects(GaussianInclusion{600.0, -700.0, 0.0, 0.0, 0.2}, "initial effective temperature");
         for (const double radius : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN()})
             rejects(GaussianInclusion{600.0, 1.0, 0.0, 0.0, radius}, "radius");
         rejects(RandomField{640.0, -1.0, 0.1, 1}, "deviation");
@@ -711,8 +715,8 @@ TEST_SUITE("quasistatic") {
 
     TEST_CASE_FIXTURE(fields::OneThread, "the random field is the same on every grid and has its nominal statistics") {
         const RandomField random{.mean = 640.0, .deviation = 20.0, .correlation_length = 0.15, .seed = 3};
-        const Field coarse = initial_internal({30, 20, 2.0, 2.0}, random, 1.0),
-                    fine = initial_internal({90, 60, 2.0, 2.0}, random, 1.0);
+        const Field coarse = initial_internal({30, 20, 2.0, 2.0}, random, kelvin),
+                    fine = initial_internal({90, 60, 2.0, 2.0}, random, kelvin);
         double span = 0.0;
         for (int j = 0; j < 20; ++j)
             for (int i = 0; i < 30; ++i) { // a centre of the coarse grid is one of the three times finer
@@ -722,7 +726,7 @@ TEST_SUITE("quasistatic") {
         CHECK(span > 20.0);
         RandomField other = random;
         other.seed = 4;
-        CHECK(fields::distance(coarse, initial_internal({30, 20, 2.0, 2.0}, other, 1.0)) > 10.0);
+        CHECK(fields::distance(coarse, initial_internal({30, 20, 2.0, 2.0}, other, kelvin)) > 10.0);
 
         // away from the walls ten samples of 33 x 23 correlation lengths hold some thousand independent values
         const Grid grid{100, 100, 2.0, 2.0};
@@ -730,7 +734,7 @@ TEST_SUITE("quasistatic") {
         double mean = 0.0, square = 0.0, along_x = 0.0, along_y = 0.0, far = 0.0;
         long long inner = 0, points = 0;
         for (std::uint64_t seed = 1; seed <= 10; ++seed) {
-            const Field f = initial_internal(grid, RandomField{640.0, 20.0, length, seed}, 1.0);
+            const Field f = initial_internal(grid, RandomField{640.0, 20.0, length, seed}, kelvin);
             const auto value = [&](int i, int j) { return (f((i + 100) % 100, j) - 640.0) / 20.0; };
             for (int j = 15; j < 85; ++j)
                 for (int i = 0; i < 100; ++i) {

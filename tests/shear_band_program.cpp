@@ -114,8 +114,9 @@ TEST_CASE("wrong options end with status 2 and a message, and leave nothing behi
                                "--duration", "--stz-bath-temperature", "--stz-steady-temperature", "--dt-max"})
         for (const char* value : {"0", "-1", "nan"})
             refused({option, value}, std::string(option) + " " + value + ": it must be a finite number above 0");
-    refused({"--initial", "uniform", "--initial-base", "0"}, "the initial internal variable is 0 at cell (0, 0)");
-    refused({"--initial-base", "-640"}, "it must be finite and at least 1; change --initial-base");
+    refused({"--initial", "uniform", "--initial-base", "0"},
+            "the initial effective temperature is 0 at cell (0, 0): it must be from 1 to 21000 K");
+    refused({"--initial-base", "-640"}, "it must be from 1 to 21000 K; change --initial-base");
     refused({"--initial-amplitude", "-700"}, "--initial-amplitude");
     refused({"--dt-min", "1", "--dt-max", "0.5", "--scheme", "incremental"}, "--dt-min 1 exceeds --dt-max 0.5");
     refused({"--wall-history", "0:1,x"}, "--wall-history");

@@ -30,7 +30,8 @@ public:
     [[nodiscard]] const IsotropicElasticity& elasticity() const { return elasticity_; }
     /// The equivalent stress of von Mises at yield without mean stress.
     [[nodiscard]] double yield_stress(double internal) const { return parameters_.cohesion + parameters_.hardening * internal; }
-
+    /// k, which off the apex is the equivalent plastic strain, too.
+    [[nodiscard]] static const InternalVariable& internal_variable() { return plastic_strain_variable; }
     [[nodiscard]] StressReturn correct(const SymmetricTensor& trial, double internal, double) const;
     [[nodiscard]] Tangent tangent(const SymmetricTensor& trial, double internal, double) const;
 

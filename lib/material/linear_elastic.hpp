@@ -1,5 +1,6 @@
 #pragma once
 #include <ductile/material/elasticity.hpp>
+#include <ductile/material/internal_variable.hpp>
 #include <ductile/material/symmetric_tensor.hpp>
 
 namespace ductile {
@@ -43,6 +44,8 @@ public:
     explicit LinearElastic(const IsotropicElasticity& elasticity) : elasticity_(elasticity) { check(elasticity); }
 
     [[nodiscard]] const IsotropicElasticity& elasticity() const { return elasticity_; }
+    /// Plastic strain, which stays where it is.
+    [[nodiscard]] static const InternalVariable& internal_variable() { return plastic_strain_variable; }
     [[nodiscard]] StressReturn correct(const SymmetricTensor& trial, double internal, double) const { return {trial, internal}; }
     [[nodiscard]] Tangent tangent(const SymmetricTensor&, double, double) const {
         return isotropic_tangent(elasticity_.bulk_modulus, elasticity_.shear_modulus);

@@ -1,3 +1,4 @@
+#include <ductile/material/linear_elastic.hpp>
 #include <ductile/material/options.hpp>
 
 #include <fmt/format.h>
@@ -54,10 +55,20 @@ Plasticity make_plasticity(const MaterialOptions& o, const Units& units) {
     return StzModel(parameters, units);
 }
 
+MaterialNumbers numbers_of(const MaterialOptions& o) {
+    const double lambda = o.elasticity.beta(), mu = o.elasticity.shear_modulus;
+    return {.young_modulus = young_modulus(o.elasticity),
+            .poisson_ratio = 0.5 * lambda / (lambda + mu),
+            .yield_stress = o.yield_stress};
+}
+
 std::string describe(const MaterialOptions& o) {
-    return fmt::format("K = {:g} GPa, mu = {:g} GPa, {} plasticity, yield stress {:g} MPa", o.elasticity.bulk_modulus * 1e-9,
-                       o.elasticity.shear_modulus * 1e-9, o.plasticity == PlasticityChoice::stz ? "STZ" : "Perzyna",
-                       o.yield_stress * 1e-6);
+    const MaterialNumbers numbers = numbers_of(o);
+    return fmt::format(
+        "K = {:g} GPa, mu = {:g} GPa, E = {:.4g} GPa, nu = {:.3g}, {} plasticity, yield stress {:g} MPa ({:.3g} mu)",
+        o.elasticity.bulk_modulus * 1e-9, o.elasticity.shear_modulus * 1e-9, numbers.young_modulus * 1e-9, numbers.poisson_ratio,
+        o.plasticity == PlasticityChoice::stz ? "STZ" : "Perzyna", o.yield_stress * 1e-6,
+        o.yield_stress / o.elasticity.shear_modulus);
 }
 
 } // namespace ductile

@@ -2,6 +2,7 @@
 #include <ductile/io/program.hpp>
 #include <ductile/material/elasticity.hpp>
 #include <ductile/material/plasticity.hpp>
+#include <ductile/material/plausibility.hpp>
 #include <ductile/material/units.hpp>
 
 #include <string>
@@ -28,7 +29,10 @@ void declare(io::Program& program, MaterialOptions& options);
 [[nodiscard]] IsotropicElasticity make_elasticity(const MaterialOptions& options, const Units& units);
 [[nodiscard]] Plasticity make_plasticity(const MaterialOptions& options, const Units& units);
 
-/// "K = 122 GPa, mu = 37.4 GPa, STZ plasticity, yield stress 850 MPa".
+/// For doubts(): with the yield stress as the options have it, and no density, which nothing here depends on.
+[[nodiscard]] MaterialNumbers numbers_of(const MaterialOptions& options);
+
+/// "K = 122 GPa, mu = 37.4 GPa, E = 101.8 GPa, nu = 0.361, STZ plasticity, yield stress 850 MPa (0.0227 mu)".
 [[nodiscard]] std::string describe(const MaterialOptions& options);
 
 } // namespace ductile

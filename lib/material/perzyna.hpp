@@ -1,5 +1,6 @@
 #pragma once
 #include <ductile/base/simd.hpp>
+#include <ductile/material/internal_variable.hpp>
 #include <ductile/material/plastic_rates.hpp>
 #include <ductile/material/units.hpp>
 
@@ -23,9 +24,6 @@ void check(const PerzynaParameters& parameters);
 ///   D^pl = D_0 (sbar/Y - 1)^n for sbar >= Y = s_Y + H kappa, else 0.
 class PerzynaModel {
 public:
-    static constexpr const char* internal_name = "plastic_strain";
-    static constexpr const char* internal_unit = "1";
-
     PerzynaModel(const PerzynaParameters& parameters, const Units& units);
 
     template <class V> [[nodiscard, gnu::DUCTILE_ALWAYS_INLINE]] V yield_stress(const V& plastic_strain) const {
@@ -51,8 +49,8 @@ public:
         return select(overstress > V(0.0), slope, V(0.0));
     }
 
-    /// Size of the internal variable in error norms: one per cent of strain.
-    [[nodiscard]] double internal_scale() const { return 0.01; }
+    /// kappa, whose unit is 1 in any system.
+    [[nodiscard]] static const InternalVariable& internal_variable() { return plastic_strain_variable; }
 
 private:
     double yield_stress_, hardening_, reference_rate_;

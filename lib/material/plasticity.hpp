@@ -1,11 +1,11 @@
 #pragma once
 #include <ductile/base/simd.hpp>
+#include <ductile/material/internal_variable.hpp>
 #include <ductile/material/perzyna.hpp>
 #include <ductile/material/plastic_rates.hpp>
 #include <ductile/material/stz.hpp>
 
 #include <concepts>
-#include <string_view>
 #include <variant>
 
 namespace ductile {
@@ -14,7 +14,8 @@ namespace ductile {
 /// D^pl = D^pl(sbar, internal) sigma_0/sbar, Eq. (20), with one internal variable.
 /// - `yield_stress(internal)`: D^pl is exactly zero wherever sbar is below it;
 /// - `flow_slope(sbar, internal)`: dD^pl/dsbar, for the choice of stable steps;
-/// - `rates(sbar, internal)`: D^pl/sbar and d(internal)/dt, both zero below yield; sbar > 0.
+/// - `rates(sbar, internal)`: D^pl/sbar and d(internal)/dt, both zero below yield; sbar > 0;
+/// - `internal_variable()`: what the internal variable is.
 template <class M, class V>
 concept PlasticityModelFor = requires(const M model, const V value) {
     { model.yield_stress(value) } -> std::same_as<V>;
@@ -24,13 +25,15 @@ concept PlasticityModelFor = requires(const M model, const V value) {
 
 template <class M>
 concept PlasticityModel = PlasticityModelFor<M, double> && PlasticityModelFor<M, Pack> && requires(const M model) {
-    { model.internal_scale() } -> std::same_as<double>;
-    { M::internal_name } -> std::convertible_to<std::string_view>;
-    { M::internal_unit } -> std::convertible_to<std::string_view>;
+    { model.internal_variable() } -> std::convertible_to<InternalVariable>;
 };
 
 /// The registry: a new model is one more type in this line.
 using Plasticity = std::variant<StzModel, PerzynaModel>;
+
+[[nodiscard]] inline InternalVariable internal_variable(const Plasticity& plasticity) {
+    return std::visit([](const auto& model) -> InternalVariable { return model.internal_variable(); }, plasticity);
+}
 
 static_assert(PlasticityModel<StzModel>, "the STZ model must offer yield_stress and rates for double and Pack");
 static_assert(PlasticityModel<PerzynaModel>, "the Perzyna model must offer yield_stress and rates for double and Pack");

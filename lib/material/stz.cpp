@@ -38,7 +38,14 @@ StzModel::StzModel(const StzParameters& parameters, const Units& units)
                              parameters.activation_barrier / parameters.bath_temperature),
       formation_(parameters.formation_temperature / units.temperature),
       steady_(parameters.steady_temperature / units.temperature), heating_(2.0 / (parameters.heat_capacity * yield_stress_)),
-      backward_jumps_(corner_width_ > 0.0 || std::exp(-2.0 * activation_ * yield_stress_) >= 1e-11) {
+      backward_jumps_(corner_width_ > 0.0 || std::exp(-2.0 * activation_ * yield_stress_) >= 1e-11),
+      variable_{.name = "effective_temperature",
+                .unit = "K",
+                .start = 640.0,
+                .scale = parameters.steady_temperature,
+                .lower = 1.0,
+                .upper = parameters.formation_temperature,
+                .natural_unit = units.temperature} {
     check(parameters);
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 #include <ductile/base/simd.hpp>
+#include <ductile/material/internal_variable.hpp>
 #include <ductile/material/plastic_rates.hpp>
 #include <ductile/material/units.hpp>
 
@@ -38,9 +39,6 @@ void check(const StzParameters& parameters);
 /// w^2/(2 (sqrt(x^2 + w^2) - x)), without cancellation; both in terms of sbar x = sbar - s_Y, so that sbar -> 0 is harmless.
 class StzModel {
 public:
-    static constexpr const char* internal_name = "effective_temperature";
-    static constexpr const char* internal_unit = "K";
-
     StzModel(const StzParameters& parameters, const Units& units);
 
     /// Zero with a smooth corner: there is no elastic range.
@@ -75,8 +73,9 @@ public:
         return select(overstress > V(0.0), slope, V(0.0));
     }
 
-    /// Size of the internal variable in error norms: chi_inf in natural units.
-    [[nodiscard]] double internal_scale() const { return steady_; }
+    /// chi: it begins at T_base = 640 K (Table C.5), and chi_inf counts as one. Below 1 K exp(-e_Z/(k_B chi)) has no meaning
+    /// left, above e_Z/k_B the zones are no longer dilute.
+    [[nodiscard]] const InternalVariable& internal_variable() const { return variable_; }
 
 private:
     /// (x + sqrt(x^2 + w^2))/(2 sbar) with x = 1 - s_Y/sbar.
@@ -95,6 +94,7 @@ private:
     double steady_;                // chi_inf
     double heating_;               // 2/(c_0 s_Y)
     bool backward_jumps_;          // whether exp(-2 a sbar) counts
+    InternalVariable variable_;
 };
 
 } // namespace ductile

@@ -23,6 +23,7 @@ public:
     }
 
     [[nodiscard]] const IsotropicElasticity& elasticity() const { return elasticity_; }
+    [[nodiscard]] InternalVariable internal_variable() const { return model_.internal_variable(); }
 
     /// The equivalent stress of von Mises at yield.
     [[nodiscard]] double yield_stress(double internal) const { return std::sqrt(3.0) * model_.yield_stress(internal); }

@@ -30,6 +30,7 @@ public:
     VonMises(const IsotropicElasticity& elasticity, const Hardening& hardening);
 
     [[nodiscard]] const IsotropicElasticity& elasticity() const { return elasticity_; }
+    [[nodiscard]] static const InternalVariable& internal_variable() { return plastic_strain_variable; }
     /// The equivalent stress of von Mises at yield.
     [[nodiscard]] double yield_stress(double plastic_strain) const {
         const Piece& piece = pieces_[piece_of(plastic_strain)];

@@ -7,24 +7,48 @@
 #include <array>
 #include <cmath>
 #include <fmt/format.h>
+#include <limits>
+#include <numeric>
 
 namespace ductile::mpm {
 
 namespace {
 
+/// The internal variables of the scene's laws, each name once.
+std::vector<InternalVariable> internal_variables(const Scene& scene) {
+    std::vector<InternalVariable> all;
+    for (const Material& material : scene.materials) {
+        const InternalVariable variable = internal_variable(material.law);
+        if (std::ranges::none_of(all, [&](const InternalVariable& known) { return known.name == variable.name; }))
+            all.push_back(variable);
+    }
+    return all;
+}
+
+/// Its values at all particles; NaN where the law has another.
+std::vector<double> values_of(const InternalVariable& variable, const Scene& scene, const Particles& particles) {
+    std::vector<bool> has;
+    for (const Material& material : scene.materials)
+        has.push_back(internal_variable(material.law).name == variable.name);
+    std::vector<double> values(particles.size());
+    for (std::size_t p = 0; p < values.size(); ++p)
+        values[p] = has[static_cast<std::size_t>(particles.material[p])] ? particles.internal[p]
+                                                                         : std::numeric_limits<double>::quiet_NaN();
+    return values;
+}
+
+/// NaN if there is none.
+double largest_of(const std::vector<double>& values) {
+    return std::accumulate(values.begin(), values.end(), std::numeric_limits<double>::quiet_NaN(),
+                           [](double a, double b) { return std::fmax(a, b); });
+}
+
 std::vector<std::string> history_columns(const Problem& problem) {
-    std::vector<std::string> columns{"time_s",
-                                     "step",
-                                     "dt_s",
-                                     "kinetic_energy_J",
-                                     "strain_energy_J",
-                                     "total_energy_J",
-                                     "internal_energy_J",
-                                     "largest_plastic_strain",
-                                     "smallest_determinant",
-                                     "enclosed_empty_cells",
-                                     "newton_iterations",
-                                     "linear_iterations"};
+    std::vector<std::string> columns{"time_s",           "step", "dt_s", "kinetic_energy_J", "strain_energy_J", "total_energy_J",
+                                     "internal_energy_J"};
+    for (const InternalVariable& variable : internal_variables(problem.scene))
+        columns.push_back("largest_" + column_name(variable));
+    columns.insert(columns.end(), {"smallest_determinant", "enclosed_empty_cells", "newton_iterations", "linear_iterations"});
     for (const RigidBody& body : problem.start.rigid_bodies)
         for (const char* direction : {"x", "y"})
             columns.push_back(fmt::format("{}_force_{}_N", body.name, direction));
@@ -66,36 +90,35 @@ void Recorder::snapshot(const State& state) {
         return std::vector<double>(integers.begin(), integers.end());
     };
     const std::vector<double> id = numbers(p.id), material = numbers(p.material);
-    const std::array fields{io::ParticleField{"velocity_x", "m/s", p.velocity_x},
-                            io::ParticleField{"velocity_y", "m/s", p.velocity_y},
-                            io::ParticleField{"stress_xx", "Pa", p.stress_xx},
-                            io::ParticleField{"stress_yy", "Pa", p.stress_yy},
-                            io::ParticleField{"stress_zz", "Pa", p.stress_zz},
-                            io::ParticleField{"stress_xy", "Pa", p.stress_xy},
-                            io::ParticleField{"density", "kg/m^3", p.density},
-                            io::ParticleField{"plastic_strain", "1", p.internal},
-                            io::ParticleField{"temperature_rise", "K", p.temperature},
-                            io::ParticleField{"id", "1", id},
-                            io::ParticleField{"material", "1", material}};
+    std::vector fields{io::ParticleField{"velocity_x", "m/s", p.velocity_x},
+                       io::ParticleField{"velocity_y", "m/s", p.velocity_y},
+                       io::ParticleField{"stress_xx", "Pa", p.stress_xx},
+                       io::ParticleField{"stress_yy", "Pa", p.stress_yy},
+                       io::ParticleField{"stress_zz", "Pa", p.stress_zz},
+                       io::ParticleField{"stress_xy", "Pa", p.stress_xy},
+                       io::ParticleField{"density", "kg/m^3", p.density},
+                       io::ParticleField{"temperature_rise", "K", p.temperature},
+                       io::ParticleField{"id", "1", id},
+                       io::ParticleField{"material", "1", material}};
+    const std::vector<InternalVariable> variables = internal_variables(problem_.scene);
+    std::vector<std::vector<double>> internal;
+    for (const InternalVariable& variable : variables)
+        internal.push_back(values_of(variable, problem_.scene, p));
+    for (std::size_t k = 0; k < variables.size(); ++k)
+        fields.push_back({std::string(variables[k].name), std::string(variables[k].unit), internal[k]});
     snapshots_.write(state.time, state.step, p.x, p.y, fields);
 }
 
 void Recorder::row(const Observation& seen, const StepOutcome& outcome) {
     const State& state = seen.state;
     const Energies energies = energies_of(problem_.scene, state.particles);
-    const double plastic = *std::max_element(state.particles.internal.begin(), state.particles.internal.end());
-    std::vector<double> row{state.time,
-                            static_cast<double>(state.step),
-                            seen.dt,
-                            energies.kinetic,
-                            energies.strain,
-                            energies.kinetic + energies.strain,
-                            energies.internal,
-                            plastic,
-                            outcome.smallest_determinant,
-                            static_cast<double>(connectivity_of(problem_.scene.grid, state.particles).enclosed_empty_cells),
-                            static_cast<double>(outcome.newton_iterations),
-                            static_cast<double>(outcome.linear_iterations)};
+    std::vector<double> row{state.time,      static_cast<double>(state.step),    seen.dt,          energies.kinetic,
+                            energies.strain, energies.kinetic + energies.strain, energies.internal};
+    for (const InternalVariable& variable : internal_variables(problem_.scene))
+        row.push_back(largest_of(values_of(variable, problem_.scene, state.particles)));
+    row.insert(row.end(), {outcome.smallest_determinant,
+                           static_cast<double>(connectivity_of(problem_.scene.grid, state.particles).enclosed_empty_cells),
+                           static_cast<double>(outcome.newton_iterations), static_cast<double>(outcome.linear_iterations)});
     for (const auto& force : seen.contact_forces)
         row.insert(row.end(), force.begin(), force.end());
     for (const Observable& observable : problem_.observables)

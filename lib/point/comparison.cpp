@@ -61,12 +61,9 @@ std::string work_precision_csv(std::span<const Run> runs) {
 
 std::string trajectories_csv(const MaterialPoint& point, const GradientHistory& history, const Units& units,
                              std::span<const Run> runs) {
-    const auto internal_column = [](const auto& model) -> std::string {
-        const std::string unit = model.internal_unit;
-        return model.internal_name + (unit == "1" ? "" : "_" + unit);
-    };
+    const InternalVariable internal = internal_variable(point.plasticity);
     std::string text = "method,tolerance,time_s,accumulated_shear_strain,pressure_Pa,s_Pa,tau_Pa,q_Pa,deviatoric_magnitude_Pa," +
-                       std::visit(internal_column, point.plasticity) + "\n";
+                       column_name(internal) + "\n";
     for (const Run& run : runs) {
         const Trajectory& trajectory = run.trajectory;
         const std::vector<double> strain = strains(history, trajectory);
@@ -75,7 +72,7 @@ std::string trajectories_csv(const MaterialPoint& point, const GradientHistory& 
             fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{},{},{},{}\n", name(run.method), run.tolerance,
                            trajectory.time[i] * units.time, strain[i], y[0] * units.stress, y[1] * units.stress,
                            y[2] * units.stress, y[3] * units.stress, deviatoric_magnitude(y) * units.stress,
-                           y[4] * units.temperature);
+                           y[4] * internal.natural_unit);
         }
     }
     return text;

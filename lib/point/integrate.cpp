@@ -171,8 +171,7 @@ Trajectory integrate(const MaterialPoint& point, const GradientHistory& history,
 }
 
 double largest_error(const MaterialPoint& point, const GradientHistory& history, const Trajectory& trajectory) {
-    const double internal_scale = std::visit([](const auto& model) { return model.internal_scale(); }, point.plasticity);
-    const State scale{1.0, 1.0, 1.0, 1.0, internal_scale};
+    const State scale{1.0, 1.0, 1.0, 1.0, internal_variable(point.plasticity).natural_scale()};
     State y = trajectory.state.front();
     double largest = 0.0;
     std::size_t i = 1;

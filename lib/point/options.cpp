@@ -53,8 +53,12 @@ GradientHistory make_history(const Options& o, const Units& units) {
 }
 
 State make_start(const Options& o, const Units& units) {
-    const bool stz = o.material.plasticity == PlasticityChoice::stz;
-    return {0.0, 0.0, 0.0, 0.0, stz ? o.initial_temperature / units.temperature : 0.0};
+    const InternalVariable variable = internal_variable(make_plasticity(o.material, units));
+    const double start_si = o.material.plasticity == PlasticityChoice::stz ? o.initial_temperature : variable.start;
+    const double start = start_si / variable.natural_unit;
+    if (!variable.can_start_at(start))
+        throw InputError(fmt::format("--initial-temperature {:g}: it must be {}", start_si, describe_range(variable)));
+    return {0.0, 0.0, 0.0, 0.0, start};
 }
 
 std::string describe(const Options& o, const GradientHistory& history, const Units& units) {

@@ -12,7 +12,7 @@ namespace ductile::point {
 /// by 7 per cent.
 struct Options {
     MaterialOptions material;
-    double initial_temperature = 640.0; ///< T_base of Table C.5; plastic strain begins at zero
+    double initial_temperature = 640.0; ///< STZ: T_base of Table C.5; plastic strain begins at zero
     Path path = Path::simple_shear;
     double rate = 2e-7 / 4.05e-6; ///< U/L = 2e-7/t_s
     double duration = 1.4175;

@@ -13,7 +13,7 @@ IndexReducedStepper::IndexReducedStepper(const Scene& scene, std::unique_ptr<Equ
     : scene_(scene), solver_(std::move(solver)), lines_(scene, *solver_, passes), state_(std::move(state)), rate_(scene.grid),
       next_(scene.grid), next_rate_(scene.grid),
       earlier_velocity_(scene.grid), stage_velocity_{VectorField(scene.grid), VectorField(scene.grid), VectorField(scene.grid)},
-      internal_scale_(std::visit([](const auto& model) { return model.internal_scale(); }, scene.plasticity)) {}
+      internal_scale_(internal_variable(scene.plasticity).natural_scale()) {}
 
 void IndexReducedStepper::provide_start_rate() {
     // also where the walls' velocity jumps at t_n: v and the rate jump with it

@@ -128,16 +128,14 @@ void fill(const Grid& grid, Field& field, const RandomField& random) {
 
 } // namespace
 
-Field initial_internal(const Grid& grid, const InitialInternal& initial, double lower_bound, double unit) {
+Field initial_internal(const Grid& grid, const InitialInternal& initial, const InternalVariable& variable) {
     Field field(grid.cells_y, grid.cells_x);
     std::visit([&](const auto& pattern) { fill(grid, field, pattern); }, initial);
     for (int j = 0; j < grid.cells_y; ++j)
         for (int i = 0; i < grid.cells_x; ++i)
-            if (!(field(i, j) >= lower_bound) || !std::isfinite(field(i, j)))
-                throw InputError(
-                    fmt::format("the initial internal variable is {:.6g} at cell ({}, {}): it must be finite and at least "
-                                "{:.6g}; change --initial-base or --initial-amplitude",
-                                field(i, j) * unit, i, j, lower_bound * unit));
+            if (!variable.can_start_at(field(i, j)))
+                throw InputError(fmt::format("the initial {} is {:.6g} at cell ({}, {}): it must be {}", spoken_name(variable),
+                                             field(i, j) * variable.natural_unit, i, j, describe_range(variable)));
     return field;
 }
 

@@ -1,11 +1,13 @@
 #pragma once
+#include <ductile/material/internal_variable.hpp>
 #include <ductile/space/field.hpp>
 #include <ductile/space/grid.hpp>
 
 #include <cstdint>
 #include <variant>
 
-/// Initial fields of the internal variable. Lengths are in units of the scene's length, values in any unit (the result has it).
+/// Initial fields of the internal variable. Lengths are in units of the scene's length, values in the law's own unit (natural, or
+/// SI: the result has it).
 namespace ductile::quasistatic {
 
 /// Lu & Rycroft, App. C: chi_0 + Delta chi sum_{i=1}^{6} exp(-20 R_i) with R_1 = (0.5 sin(pi x) - y)^2 and, for i >= 2,
@@ -40,9 +42,9 @@ struct RandomField {
 
 using InitialInternal = std::variant<PaperPattern, Uniform, GaussianInclusion, RandomField>;
 
-/// Values at cell centres, shape [N][M]. Throws InputError for lengths that are not positive, a negative deviation, a random
-/// field too fine to sum (correlation length below 1/500 of the domain) and a result with a value below `lower_bound` (an
-/// effective temperature must be positive).
-[[nodiscard]] Field initial_internal(const Grid& grid, const InitialInternal& initial, double lower_bound, double unit = 1.0);
+/// Values at cell centres, shape [N][M]. Throws InputError for lengths that are not positive, a negative
+/// deviation, a random field too fine to sum (correlation length below 1/500 of the domain), and a value that the variable cannot
+/// begin with.
+[[nodiscard]] Field initial_internal(const Grid& grid, const InitialInternal& initial, const InternalVariable& variable);
 
 } // namespace ductile::quasistatic

@@ -49,7 +49,8 @@ void declare_model(io::Program& program, Options& o) {
 
 void declare_initial(io::Program& program, Options& o) {
     const auto help = [](std::string meaning, std::string units = {}, io::Limits allowed = io::any_number) {
-        return io::OptionHelp{"Initial effective temperature (or plastic strain)", std::move(meaning), std::move(units), allowed};
+        return io::OptionHelp{"Initial internal variable: effective temperature (STZ), plastic strain (Perzyna)",
+                              std::move(meaning), std::move(units), allowed};
     };
     program.choice("--initial", o.initial,
                    {{"paper", InitialChoice::paper},
@@ -57,9 +58,10 @@ void declare_initial(io::Program& program, Options& o) {
                     {"gaussian", InitialChoice::gaussian},
                     {"random", InitialChoice::random}},
                    help("Lu & Rycroft's App. C, a constant, a Gaussian inclusion, or a smooth random field"));
-    program.option("--initial-base", o.initial_base, help("T_base, constant, background or mean", "K, or 1 for Perzyna"));
+    program.option("--initial-base", o.initial_base,
+                   help("T_base, constant, background or mean; auto: 640 K for STZ, 0 for Perzyna", "K, or 1"));
     program.option("--initial-amplitude", o.initial_amplitude,
-                   help("Delta T, height of the inclusion or standard deviation", "K, or 1 for Perzyna"));
+                   help("Delta T, height of the inclusion or standard deviation; auto: 180 K for STZ, 0 for Perzyna", "K, or 1"));
     program.option("--initial-x", o.initial_x, help("centre of the inclusion; the origin is the middle of the domain", "m"));
     program.option("--initial-y", o.initial_y, help("centre of the inclusion", "m"));
     program.option("--initial-length", o.initial_length,
@@ -149,9 +151,30 @@ Scene make_scene(const Options& o) {
     return scene;
 }
 
+namespace {
+
+double number_or_auto(const std::string& text, const char* option, double standard, const char* meaning,
+                      const io::Limits& limits = io::positive) {
+    if (text == "auto")
+        return standard;
+    try {
+        return io::parse_number(text, limits);
+    } catch (const InputError& error) {
+        throw InputError(fmt::format("{} {}: {}; or auto for {}", option, text, error.what(), meaning));
+    }
+}
+
+} // namespace
+
 Field make_initial_internal(const Options& o, const Scene& scene) {
-    const double value = scene.units.temperature, length = scene.units.length;
-    const double base = o.initial_base / value, amplitude = o.initial_amplitude / value;
+    const InternalVariable variable = internal_variable(scene.plasticity);
+    const double value = variable.natural_unit, length = scene.units.length;
+    const double standard_amplitude = o.material.plasticity == PlasticityChoice::stz ? PaperPattern{}.amplitude : 0.0;
+    const double base =
+        number_or_auto(o.initial_base, "--initial-base", variable.start, "the start of the law", io::any_number) / value;
+    const double amplitude = number_or_auto(o.initial_amplitude, "--initial-amplitude", standard_amplitude,
+                                            "180 K or no plastic strain", io::any_number) /
+                             value;
     const auto initial = [&]() -> InitialInternal {
         switch (o.initial) {
         case InitialChoice::paper:
@@ -165,22 +188,14 @@ Field make_initial_internal(const Options& o, const Scene& scene) {
         }
         __builtin_unreachable();
     };
-    // 1 K: an effective temperature must be positive, and below it exp(-e_Z/(k_B chi)) has no meaning left
-    const double lowest = o.material.plasticity == PlasticityChoice::stz ? 1.0 / value : 0.0;
-    return initial_internal(scene.grid, initial(), lowest, value);
+    try {
+        return initial_internal(scene.grid, initial(), variable);
+    } catch (const InputError& error) {
+        throw InputError(fmt::format("{}; change --initial-base, --initial-amplitude or --initial-length", error.what()));
+    }
 }
 
 namespace {
-
-double number_or_auto(const std::string& text, const char* option, double standard, const char* meaning) {
-    if (text == "auto")
-        return standard;
-    try {
-        return io::parse_number(text, io::positive);
-    } catch (const InputError& error) {
-        throw InputError(fmt::format("{} {}: {}; or auto for {}", option, text, error.what(), meaning));
-    }
-}
 
 /// With error control the error in time should stay below a tenth of that in space, which falls with h^2; the one falls about
 /// with the 2/3 power of the tolerance (verification/results/work_precision.md).
@@ -197,8 +212,15 @@ double tolerance(const Options& o) {
 StepControl make_step_control(const Options& o, const Scene& scene) {
     const double unit = scene.units.time;
     const double standard_dt = 0.5e4 * unit * std::sqrt(scene.grid.cell_area());
-    if (o.step == StepChoice::fixed)
-        return {scene.grid, FixedSteps{number_or_auto(o.dt, "--dt", standard_dt, "the paper's 0.5e4 t_s h/L") / unit}};
+    if (o.step == StepChoice::fixed) {
+        const double dt = number_or_auto(o.dt, "--dt", standard_dt, "the paper's 0.5e4 t_s h/L");
+        if (!(o.duration / dt < 1e9))
+            throw InputError(
+                fmt::format("--dt {:g}: the run to {:g} s would take {:.3g} steps, which no machine ends: take a longer "
+                            "--dt or a shorter --duration",
+                            dt, o.duration, o.duration / dt));
+        return {scene.grid, FixedSteps{dt / unit}};
+    }
     if (o.dt != "auto")
         throw InputError(fmt::format("--dt {}: adaptive steps have no fixed length: add --step fixed, or leave --dt out", o.dt));
     if (description(o.scheme).kind ==

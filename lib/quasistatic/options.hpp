@@ -25,7 +25,7 @@ struct Options {
     MaterialOptions material;
 
     InitialChoice initial = InitialChoice::paper;
-    double initial_base = 640.0, initial_amplitude = 180.0; ///< in the unit of the internal variable
+    std::string initial_base = "auto", initial_amplitude = "auto"; ///< in the unit of the internal variable
     double initial_x = 0.0, initial_y = 0.0, initial_length = 0.002;
     int initial_seed = 1;
 

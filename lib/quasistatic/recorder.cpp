@@ -37,16 +37,8 @@ void read_field(const io::CheckpointReader& checkpoint, const std::string& name,
     }
 }
 
-std::string internal_name(const Scene& scene) {
-    return std::visit([](const auto& model) { return std::string(model.internal_name); }, scene.plasticity);
-}
-
-std::string internal_unit(const Scene& scene) {
-    return std::visit([](const auto& model) { return std::string(model.internal_unit); }, scene.plasticity);
-}
-
 std::vector<std::string> history_columns(const Scene& scene) {
-    const std::string internal = internal_name(scene), unit = internal_unit(scene), suffix = unit == "1" ? "" : "_" + unit;
+    const std::string internal = column_name(internal_variable(scene.plasticity));
     return {"time_s",
             "step",
             "dt_s",
@@ -55,8 +47,8 @@ std::vector<std::string> history_columns(const Scene& scene) {
             "wall_normal_traction_Pa",
             "mean_deviatoric_magnitude_Pa",
             "largest_deviatoric_magnitude_Pa",
-            "smallest_" + internal + suffix,
-            "largest_" + internal + suffix,
+            "smallest_" + internal,
+            "largest_" + internal,
             "plastic_fraction",
             "equilibrium_residual",
             "step_measure"};
@@ -76,7 +68,8 @@ Recorder::Recorder(const Scene& scene, const RunOptions& options, const io::Prog
                  {scene.grid.cells_x, scene.grid.cells_y, scene.grid.width * scene.units.length,
                   scene.grid.height * scene.units.length, scene.grid.x(0) * scene.units.length,
                   scene.grid.y(0) * scene.units.length},
-                 checkpoint ? checkpoint->snapshots(folder, start_s) : std::nullopt,
+                 // a snapshot's time is the one asked for, which may differ from the state's by round-off
+                 checkpoint ? checkpoint->snapshots(folder, start_s * (1.0 + 1e-12)) : std::nullopt,
                  {{"time_unit_s", scene.units.time}, {"yield_stress_Pa", scene.units.stress}}),
       history_(folder.history(), history_columns(scene), checkpoint ? std::optional(checkpoint->history()) : std::nullopt),
       progress_({.duration_s = options.duration_s, .start_s = start_s, .quiet = program.common().quiet}) {}
@@ -91,9 +84,10 @@ std::vector<std::string> Recorder::warnings() const {
     return said;
 }
 
-void Recorder::snapshot(const State& state) {
+void Recorder::snapshot(const State& state, double time_s) {
     const Units& u = scene_.units;
     const CellState& cells = state.cells;
+    const InternalVariable internal = internal_variable(scene_.plasticity);
     Field magnitude(scene_.grid.cells_y, scene_.grid.cells_x);
     for (int j = 0; j < magnitude.rows(); ++j)
         for (int i = 0; i < magnitude.columns(); ++i) {
@@ -101,25 +95,26 @@ void Recorder::snapshot(const State& state) {
             magnitude(i, j) = std::sqrt(s * s + tau * tau + 3.0 * q * q);
         }
     using enum io::Centring;
-    const std::array fields{
-        io::SnapshotField{"pressure", "Pa", cell, view(cells.stress.p), u.stress},
-        io::SnapshotField{"s", "Pa", cell, view(cells.stress.s), u.stress},
-        io::SnapshotField{"tau", "Pa", cell, view(cells.stress.tau), u.stress},
-        io::SnapshotField{"q", "Pa", cell, view(cells.stress.q), u.stress},
-        io::SnapshotField{"deviatoric_magnitude", "Pa", cell, view(magnitude), u.stress},
-        io::SnapshotField{internal_name(scene_), internal_unit(scene_), cell, view(cells.internal), u.temperature},
-        io::SnapshotField{"velocity_x", "m/s", corner, view(state.velocity.u), u.velocity()},
-        io::SnapshotField{"velocity_y", "m/s", corner, view(state.velocity.v), u.velocity()}};
-    snapshots_.write(state.time * u.time, state.step, fields);
+    const std::array fields{io::SnapshotField{"pressure", "Pa", cell, view(cells.stress.p), u.stress},
+                            io::SnapshotField{"s", "Pa", cell, view(cells.stress.s), u.stress},
+                            io::SnapshotField{"tau", "Pa", cell, view(cells.stress.tau), u.stress},
+                            io::SnapshotField{"q", "Pa", cell, view(cells.stress.q), u.stress},
+                            io::SnapshotField{"deviatoric_magnitude", "Pa", cell, view(magnitude), u.stress},
+                            io::SnapshotField{std::string(internal.name), std::string(internal.unit), cell, view(cells.internal),
+                                              internal.natural_unit},
+                            io::SnapshotField{"velocity_x", "m/s", corner, view(state.velocity.u), u.velocity()},
+                            io::SnapshotField{"velocity_y", "m/s", corner, view(state.velocity.v), u.velocity()}};
+    snapshots_.write(time_s, state.step, fields);
 }
 
 void Recorder::row(const State& state, double dt, double measure) {
     const Units& u = scene_.units;
     const Observables o = observe(scene_, state.cells);
+    const double internal = internal_variable(scene_.plasticity).natural_unit;
     const double strain = scene_.walls.displacement(state.time).u / (0.5 * scene_.grid.height);
     history_.append({state.time * u.time, static_cast<double>(state.step), dt * u.time, strain, o.wall_traction * u.stress,
                      o.normal_traction * u.stress, o.mean_magnitude * u.stress, o.largest_magnitude * u.stress,
-                     o.smallest_internal * u.temperature, o.largest_internal * u.temperature, o.plastic_fraction,
+                     o.smallest_internal * internal, o.largest_internal * internal, o.plastic_fraction,
                      equilibrium_residual(scene_, state.cells, force_), measure});
 }
 

@@ -22,7 +22,8 @@ public:
     Recorder(const Scene& scene, const RunOptions& options, const io::Program& program, const io::OutputFolder& folder,
              const io::CheckpointReader* checkpoint, double start_s);
 
-    void snapshot(const State& state);
+    /// `time_s` is that of the state, as it was asked for.
+    void snapshot(const State& state, double time_s);
     void row(const State& state, double dt, double measure);
     void progress(const State& state, const StepControl::Step& step);
     void checkpoint(TimeStepper& stepper, StepControl& control, AccuracyWatch& watch,

@@ -24,6 +24,9 @@ io::RunStatus run(const Scene& scene, TimeStepper& stepper, StepControl& control
     std::sort(targets.begin(), targets.end());
     targets.erase(std::unique(targets.begin(), targets.end()), targets.end());
     const std::vector<double> snapshot_times = targets;
+    const auto asked_s = [&](double time) { // without the round-off of units
+        return *std::ranges::find_if(options.snapshots_s, [&](double asked) { return asked / unit == time; });
+    };
     if (targets.empty() || targets.back() < end)
         targets.push_back(end);
 
@@ -51,11 +54,11 @@ io::RunStatus run(const Scene& scene, TimeStepper& stepper, StepControl& control
     for (const std::string& warning : recorder.warnings())
         summary.warnings.push_back(warning);
     if (checkpoint && folder.continued() && recorder.lacks_snapshot(start * unit))
-        recorder.snapshot(stepper.state());
+        recorder.snapshot(stepper.state(), start * unit);
     if (!checkpoint) {
         control.start(stepper.time_scale());
         if (std::find(options.snapshots_s.begin(), options.snapshots_s.end(), 0.0) != options.snapshots_s.end())
-            recorder.snapshot(stepper.state());
+            recorder.snapshot(stepper.state(), 0.0);
         recorder.row(stepper.state(), 0.0, 0.0);
     }
     double output_seconds = 0.0;
@@ -121,7 +124,7 @@ io::RunStatus run(const Scene& scene, TimeStepper& stepper, StepControl& control
             recorder.progress(stepper.state(), step);
             if (step.lands && goal == targets[target]) {
                 if (std::binary_search(snapshot_times.begin(), snapshot_times.end(), goal))
-                    recorder.snapshot(stepper.state());
+                    recorder.snapshot(stepper.state(), asked_s(goal));
                 ++target;
             }
             if (since_checkpoint.seconds() > program.common().checkpoint_every_s) {
@@ -136,7 +139,7 @@ io::RunStatus run(const Scene& scene, TimeStepper& stepper, StepControl& control
             recorder.row(stepper.state(), step.dt, attempt.measure);
     } catch (const Error& failure) {
         const RunError advised =
-            io::with_checkpoint(failure, folder.checkpoint(), [&] { recorder.checkpoint(stepper, control, counters()); });
+            io::with_checkpoint(failure, folder.checkpoint(), [&] { recorder.checkpoint(stepper, control, watch, counters()); });
         recorder.finish_quietly();
         try {
             describe_run();

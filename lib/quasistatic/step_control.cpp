@@ -1,7 +1,9 @@
+#include <ductile/base/error.hpp>
 #include <ductile/quasistatic/step_control.hpp>
 
 #include <algorithm>
 #include <cmath>
+#include <fmt/format.h>
 #include <limits>
 
 namespace ductile::quasistatic {
@@ -53,8 +55,15 @@ void StepControl::start(double time_scale) {
         planned_ = time_scale * std::pow(error->tolerance, 1.0 / error->order);
 }
 
-StepControl::Step StepControl::next(double time, double target) const {
+StepControl::Step StepControl::next(double time, double target) {
     const double left = target - time;
+    short_plans_ = planned_ < 1e-8 * left ? short_plans_ + 1 : 0;
+    const bool crawls = short_plans_ > 1000 && !std::holds_alternative<FixedSteps>(policy_);
+    if (crawls || !(time + planned_ > time))
+        throw RunError(fmt::format(
+            "time stands still: the next step (limit: {}) is {:.3g} of the time that is left until the next output, so the run "
+            "would not end; load more slowly, or not so long, or take a scheme for stiff problems, or a looser tolerance",
+            to_string(limit_), planned_ / left));
     if (planned_ >= left * (1.0 - 1e-6)) // a sliver of a step is worth less than a step longer by a millionth
         return {.dt = left, .end = target, .lands = true, .limit = planned_ > left * (1.0 + 1e-6) ? StepLimit::output : limit_};
     if (planned_ > 0.5 * left && !std::holds_alternative<FixedSteps>(policy_))

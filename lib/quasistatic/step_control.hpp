@@ -58,8 +58,9 @@ public:
         bool lands = false; ///< the step ends on the target
         StepLimit limit = StepLimit::fixed;
     };
-    /// The next step from `time` towards `target` > time.
-    [[nodiscard]] Step next(double time, double target) const;
+    /// The next step from `time` towards `target` > time. Throws RunError where no step would ever get there: it is so short that
+    /// time + dt is time, or (fixed steps apart) a thousand in a row were planned shorter than 1e-8 of the way to the target.
+    [[nodiscard]] Step next(double time, double target);
 
     /// The step as the stepper limits it (TimeStepper::limit_step) to dt <= step.dt, from `time`.
     [[nodiscard]] static Step shortened(const Step& step, double time, double dt);
@@ -83,6 +84,7 @@ private:
     double cell_area_;
     Policy policy_;
     double planned_;
+    int short_plans_ = 0;         ///< in a row: shorter than 1e-8 of the way
     double previous_error_ = 1.0; ///< of the last accepted step, in units of the tolerance
     StepLimit limit_ = StepLimit::fixed;
 };

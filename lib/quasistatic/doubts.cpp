@@ -1,0 +1,97 @@
+#include <ductile/base/error.hpp>
+#include <ductile/quasistatic/doubts.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+
+namespace ductile::quasistatic {
+
+namespace {
+
+/// rho = mu (t_s/L)^2 of Lu & Rycroft's problem [kg/m^3].
+double assumed_density() {
+    const Units paper;
+    const double slowness = paper.time / paper.length;
+    return MaterialOptions{}.elasticity.shear_modulus * slowness * slowness;
+}
+
+double shear_wave_speed(const Options& o) { return std::sqrt(o.material.elasticity.shear_modulus / assumed_density()); }
+
+/// The longer side of a cell over the shorter one.
+double aspect_of(const Grid& grid) { return std::max(grid.dx() / grid.dy(), grid.dy() / grid.dx()); }
+
+/// The largest speed of a wall within the run [m/s].
+double largest_wall_speed(const Options& o, const Scene& scene) {
+    double largest = 0.0;
+    for (const WallKnot& knot : scene.walls.knots())
+        if (knot.time * scene.units.time <= o.duration)
+            largest = std::max(largest, std::hypot(knot.velocity.u, knot.velocity.v));
+    return largest * scene.units.velocity();
+}
+
+} // namespace
+
+void check_meaning(const Options& o, const Scene& scene) {
+    const double wall = largest_wall_speed(o, scene), waves = shear_wave_speed(o);
+    if (!(wall < waves))
+        throw InputError(
+            fmt::format("the walls move at {:.4g} m/s, and shear waves at {:.4g} m/s (at {:.4g} kg/m^3): equilibrium "
+                        "has no meaning there; lower --wall-velocity or --wall-history",
+                        wall, waves, assumed_density()));
+    if (!(aspect_of(scene.grid) < 1e6))
+        throw InputError(
+            fmt::format("cells are {:.4g} x {:.4g} m, {:.3g} times as long one way as the other: check --width, --height "
+                        "and --cells",
+                        o.width / o.cells.x, o.height / o.cells.y, aspect_of(scene.grid)));
+    const InternalVariable variable = internal_variable(scene.plasticity);
+    const auto rates_at = [&](const auto& model) {
+        const double start = variable.start / variable.natural_unit;
+        const auto rates = model.rates(1.01, start); // in units of the yield stress
+        return rates.fluidity + rates.internal + model.flow_slope(1.01, start);
+    };
+    const double sum = std::visit(rates_at, scene.plasticity) + scene.elasticity.bulk_modulus + scene.elasticity.shear_modulus;
+    if (!std::isfinite(sum) || !std::isfinite(scene.grid.cell_area()) || !(scene.grid.cell_area() > 0.0))
+        throw InputError(
+            fmt::format("the scene's numbers overflow (rates of the material 1 % above yield, moduli in units of the "
+                        "yield stress, cells in units of the height): check the units of the material ({}) and the "
+                        "domain ({:g} x {:g} m)",
+                        describe(o.material), o.width, o.height));
+}
+
+std::vector<std::string> doubts(const Options& o, const Scene& scene, const CellState& start) {
+    std::vector<std::string> found = ductile::doubts(numbers_of(o.material));
+    if (aspect_of(scene.grid) > 10.0)
+        found.push_back(
+            fmt::format("cells are {:.4g} x {:.4g} m, {:.3g} times as long one way as the other: bands are resolved by "
+                        "the longer side only; choose --cells MxN in the ratio of --width and --height",
+                        o.width / o.cells.x, o.height / o.cells.y, aspect_of(scene.grid)));
+    if (o.material.plasticity == PlasticityChoice::stz) {
+        const double lowest = observe(scene, start).smallest_internal * scene.units.temperature;
+        if (lowest < o.material.stz.bath_temperature)
+            found.push_back(fmt::format("the effective temperature starts at {:.4g} K, below the bath's {:.4g} K, and a glass "
+                                        "freezes in above it: check the initial field and --stz-bath-temperature",
+                                        lowest, o.material.stz.bath_temperature));
+        if (o.material.stz.bath_temperature >= o.material.stz.steady_temperature)
+            found.push_back(
+                fmt::format("the bath has {:.4g} K, and the steady effective temperature is {:.4g} K: this is a melt, "
+                            "which the law does not describe; check --stz-bath-temperature",
+                            o.material.stz.bath_temperature, o.material.stz.steady_temperature));
+    }
+    const double wall = largest_wall_speed(o, scene);
+    const double to_yield = 0.5 * o.height / wall * o.material.yield_stress / o.material.elasticity.shear_modulus;
+    const double passage = o.height / shear_wave_speed(o);
+    if (wall > 0.0 && to_yield < 10.0 * passage)
+        found.push_back(
+            fmt::format("walls at {:.4g} m/s load to yield in {:.3g} s, {:.3g} times the {:.3g} s that shear waves take "
+                        "from wall to wall (at {:.4g} kg/m^3): inertia, which is left out here, counts; lower the "
+                        "velocity of the walls",
+                        wall, to_yield, to_yield / passage, passage, assumed_density()));
+    const double last = o.snapshots.empty() ? 0.0 : *std::ranges::max_element(o.snapshots);
+    if (last > o.duration && o.snapshots != Options{}.snapshots)
+        found.push_back(fmt::format(
+            "the snapshot at {:g} s lies beyond the end at {:g} s and will be missing: lengthen --duration", last, o.duration));
+    return found;
+}
+
+} // namespace ductile::quasistatic
