@@ -136,7 +136,7 @@ io::RunStatus run(const Scene& scene, TimeStepper& stepper, StepControl& control
             recorder.row(stepper.state(), step.dt, attempt.measure);
     } catch (const Error& failure) {
         const RunError advised =
-            io::with_checkpoint(failure, folder.checkpoint(), [&] { recorder.checkpoint(stepper, control, counters()); });
+            io::with_checkpoint(failure, folder.checkpoint(), [&] { recorder.checkpoint(stepper, control, watch, counters()); });
         recorder.finish_quietly();
         try {
             describe_run();
