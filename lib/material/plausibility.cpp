@@ -37,7 +37,7 @@ std::vector<std::string> doubts(const MaterialNumbers& m) {
                       "units of both",
                       E, rho));
     doubt(
-        m.poisson_ratio < 0.0 || m.poisson_ratio > 0.495,
+        m.poisson_ratio < -1e-9 || m.poisson_ratio > 0.495,
         fmt::format("Poisson's ratio {:.4g}, and solids have 0 to 0.495: near 0.5 particles and cells lock and stress comes out "
                     "too large, and a negative one asks for an auxetic foam: check it",
                     m.poisson_ratio));

@@ -133,7 +133,7 @@ void Recorder::progress(const State& state, const StepControl::Step& step) {
 void Recorder::checkpoint(const State& state, const StepControl& control, const Tally& tally,
                           const std::map<std::string, std::int64_t>& counters) {
     io::Checkpoint content{.program = program_.name(), .format = checkpoint_format, .config = program_.config_text()};
-    content.scalars = {{"time", state.time}, {"planned_dt", control.plan().next}};
+    content.scalars = {{"time", state.time}, {"planned_dt", control.plan().next}, {"rest_of_step", control.plan().rest}};
     content.counters = counters;
     content.counters["step"] = state.step;
     content.counters["shortened"] = static_cast<int>(control.plan().shortened);

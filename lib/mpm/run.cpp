@@ -104,6 +104,7 @@ io::RunStatus run(const Problem& problem, State& state, TimeStepper& stepper, St
     };
     if (checkpoint)
         control.restore({.next = checkpoint->scalar("planned_dt"),
+                         .rest = checkpoint->scalar("rest_of_step"),
                          .shortened = static_cast<StepControl::Shortened>(checkpoint->counter("shortened")),
                          .touching = checkpoint->integer_vector("touching")});
 

@@ -8,10 +8,16 @@
 
 namespace ductile::mpm {
 
+namespace {
+constexpr double smallest_rest = 1e-3; // of a step: less is not worth one
+}
+
 StepControl::Step StepControl::by_rigid_bodies(const State& state) const {
     const double planned = std::min(plan_.next, options_.target);
     constexpr std::string_view reasons[] = {"ramp", "failed step", "Newton iterations"};
     Step step{planned, plan_.next < options_.target ? reasons[static_cast<int>(plan_.shortened)] : "--dt", planned};
+    if (plan_.rest > 0.0)
+        step = {std::min(plan_.rest, planned), "output time", planned};
     constexpr double largest_travel = 0.99; // of a cell
     for (const RigidBody& body : state.rigid_bodies)
         for (const auto& [speed, cell] :
@@ -50,9 +56,15 @@ StepControl::Step StepControl::next(const State& state, double output_time) cons
 
 void StepControl::accepted(const Step& step, int newton_iterations, std::span<const std::int64_t> touching) {
     const double taken = step.limit == "rigid travel" ? step.dt : step.planned;
+    const bool cut = step.lands && step.limit == "output time";
+    const double rest = cut ? std::min(plan_.rest > 0.0 ? plan_.rest : step.planned, step.planned) - step.dt : 0.0;
+    plan_.rest = rest > smallest_rest * step.planned ? rest : 0.0;
     if (newton_iterations > options_.many_newton_iterations) {
         plan_.next = 0.7 * taken;
         plan_.shortened = Shortened::by_newton_iterations;
+        plan_.rest = 0.0;
+    } else if (plan_.rest > 0.0) {
+        plan_.next = step.planned; // grows once the rest is done
     } else {
         plan_.next = (2 * newton_iterations > options_.many_newton_iterations ? 1.0 : options_.growth) * step.planned;
     }
@@ -69,6 +81,7 @@ void StepControl::accepted(const Step& step, int newton_iterations, std::span<co
 
 bool StepControl::failed(const Step& step) {
     plan_.next = 0.5 * step.dt;
+    plan_.rest = 0.0;
     plan_.shortened = Shortened::by_failure;
     return plan_.next > std::ldexp(options_.target, -30);
 }

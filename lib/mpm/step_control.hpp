@@ -17,7 +17,9 @@ namespace ductile::mpm {
 /// - about a cell of a rigid body's way at most: it would pass through what it is to push, without an error;
 /// - half as long after a failure;
 /// - 0.7 times as long after a step that needed many Newton iterations; no longer after one that needed half as many;
-/// - to the next output time at most, and exactly there: the step after it is as long as if this one had not been cut.
+/// - to the next output time at most, and exactly there: the rest of a step that was cut so is the next one, and steps fall where
+/// they
+///   would without output.
 class StepControl {
 public:
     struct Options {
@@ -54,6 +56,7 @@ public:
     /// What a checkpoint must hold.
     struct Plan {
         double next = 0.0; ///< length of the next step
+        double rest = 0.0; ///< of the step that an output time cut, to be taken before; 0: none
         Shortened shortened = Shortened::by_ramp;
         std::vector<std::int64_t> touching = {}; ///< as in accepted(); empty: no body touches anything
     };
