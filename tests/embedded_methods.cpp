@@ -85,7 +85,7 @@ std::unique_ptr<TimeStepper> stepper_for(Scheme scheme, const Scene& scene, cons
 Plasticity elastic() { return PerzynaModel({.yield_stress = 1e30}, Units{}); }
 
 State uniform(const Scene& scene, double internal) {
-    return initial_state(scene, initial_internal(scene.grid, Uniform{internal}, 0.0));
+    return initial_state(scene, initial_internal(scene.grid, Uniform{internal}, internal_variable(scene.plasticity)));
 }
 
 void fill(Field& field, double value) {
@@ -232,8 +232,9 @@ TEST_SUITE("embedded_methods") {
     TEST_CASE_FIXTURE(fields::OneThread, "the line through two velocities is so good a guess that one pass suffices") {
         const Scene scene = fields::scene_on({12, 10, 2.0, 2.0}, Model::full, {U, 0.0});
         State start = initial_state(
-            scene, initial_internal(scene.grid,
-                                    RandomField{.mean = 0.033, .deviation = 0.0015, .correlation_length = 0.25, .seed = 5}, 0.0));
+            scene,
+            initial_internal(scene.grid, RandomField{.mean = 0.033, .deviation = 0.0015, .correlation_length = 0.25, .seed = 5},
+                             internal_variable(scene.plasticity)));
         fill(start.cells.stress.tau, 1.1);
         const auto stepper = stepper_for(Scheme::bogacki_shampine, scene, start, {.largest = 4, .tolerance = 1e-5});
         for (int n = 1; n <= 20; ++n)
@@ -268,7 +269,8 @@ TEST_SUITE("embedded_methods") {
     TEST_CASE_FIXTURE(fields::OneThread, "auto is bogacki-shampine to the last bit where nothing is stiff") {
         for (const Model model : {Model::reduced, Model::full}) {
             const Scene scene = fields::scene_on({20, 16, 2.0, 2.0}, model, {U, 0.0});
-            const State start = initial_state(scene, initial_internal(scene.grid, PaperPattern{640. / 21000, 180. / 21000}, 0.0));
+            const State start = initial_state(scene, initial_internal(scene.grid, PaperPattern{640. / 21000, 180. / 21000},
+                                                                      internal_variable(scene.plasticity)));
             std::array<State, 2> ends;
             for (std::size_t k = 0; k < 2; ++k) {
                 const auto stepper = stepper_for(k == 0 ? Scheme::automatic : Scheme::bogacki_shampine, scene, start);
@@ -290,7 +292,8 @@ TEST_SUITE("embedded_methods") {
         Scene scene = fields::scene_on({8, 6, 2.0, 2.0}, Model::full, {U, 0.0});
         const double stop = 30e4;
         scene.walls = WallHistory({{0.0, {U, 0.0}}, {stop, {U, 0.0}}, {stop, {-U, 0.0}}}); // elastic again from there
-        const State start = initial_state(scene, initial_internal(scene.grid, PaperPattern{1100. / 21000, 100. / 21000}, 0.0));
+        const State start = initial_state(
+            scene, initial_internal(scene.grid, PaperPattern{1100. / 21000, 100. / 21000}, internal_variable(scene.plasticity)));
         const auto run_with = [&](Scheme scheme, double tolerance, double end, long long& evaluations) {
             const auto stepper = stepper_for(scheme, scene, start, {.largest = 4, .tolerance = 0.1 * tolerance}, tolerance);
             StepControl control(scene.grid, ErrorSteps{.tolerance = tolerance, .order = 3});
@@ -316,7 +319,8 @@ TEST_SUITE("embedded_methods") {
         for (std::size_t k = 0; k < 4; ++k)
             stress = std::max(stress, fields::distance(*fields::fields_of(end.cells)[k], *fields::fields_of(exact.cells)[k]));
         CHECK(stress < 1e-3);
-        CHECK(fields::distance(end.cells.internal, exact.cells.internal) / fields::stz.internal_scale() < 1e-3);
+        CHECK(fields::distance(end.cells.internal, exact.cells.internal) / fields::stz.internal_variable().natural_scale() <
+              1e-3);
         CHECK(automatic < 6000);
         (void)run_with(Scheme::automatic, 1e-4, stop + 4e4, automatic);
     }

@@ -235,7 +235,7 @@ TEST_SUITE("quasistatic") {
         CHECK(std::abs(scene.walls.displacement(end_time).u) < 1e-15);
         for (const Predictor predictor : predictors) {
             ProjectionStepper stepper = fields::stepper_for(scene, predictor, at_rest(scene, rough), 1e-9);
-            const StepControl control(grid, FixedSteps{1234.5});
+            StepControl control(grid, FixedSteps{1234.5});
             double largest = 0.0;
             while (stepper.state().time < end_time) {
                 const double time = stepper.state().time;
@@ -333,7 +333,7 @@ TEST_SUITE("quasistatic") {
     TEST_CASE_FIXTURE(fields::OneThread, "steps land exactly on targets") {
         const Grid grid{8, 8, 2.0, 2.0};
         for (const double dt : {0.1, 1.0 / 3.0, 0.7, 5.0}) {
-            const StepControl control(grid, FixedSteps{dt});
+            StepControl control(grid, FixedSteps{dt});
             double time = 0.0;
             int steps = 0;
             for (const double target : {0.3, 0.30001, 1.0, 1.7, 3.1}) {

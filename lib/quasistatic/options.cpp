@@ -58,10 +58,11 @@ void declare_initial(io::Program& program, Options& o) {
                     {"gaussian", InitialChoice::gaussian},
                     {"random", InitialChoice::random}},
                    help("Lu & Rycroft's App. C, a constant, a Gaussian inclusion, or a smooth random field"));
-    program.option("--initial-base", o.initial_base,
-                   help("T_base, constant, background or mean; auto: 640 K for STZ, 0 for Perzyna", "K, or 1"));
-    program.option("--initial-amplitude", o.initial_amplitude,
-                   help("Delta T, height of the inclusion or standard deviation; auto: 180 K for STZ, 0 for Perzyna", "K, or 1"));
+    program.number_or_auto("--initial-base", o.initial_base,
+                           help("T_base, constant, background or mean; auto: 640 K for STZ, 0 for Perzyna", "K, or 1"));
+    program.number_or_auto(
+        "--initial-amplitude", o.initial_amplitude,
+        help("Delta T, height of the inclusion or standard deviation; auto: 180 K for STZ, 0 for Perzyna", "K, or 1"));
     program.option("--initial-x", o.initial_x, help("centre of the inclusion; the origin is the middle of the domain", "m"));
     program.option("--initial-y", o.initial_y, help("centre of the inclusion", "m"));
     program.option("--initial-length", o.initial_length,

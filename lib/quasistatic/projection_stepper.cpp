@@ -136,7 +136,7 @@ double ProjectionStepper::change_of_increment(double dt) {
     const double ratio = dt / earlier_step_;
     const CombinationNorm change =
         norm(scene_, std::array{Term{&next_, 1.0}, Term{&state_.cells, -1.0 - ratio}, Term{&earlier_, ratio}});
-    const double internal_scale = std::visit([](const auto& model) { return model.internal_scale(); }, scene_.plasticity);
+    const double internal_scale = internal_variable(scene_.plasticity).natural_scale();
     return std::max(change.stress, change.internal / internal_scale) * dt / (dt + earlier_step_);
 }
 
