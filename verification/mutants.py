@@ -2,7 +2,7 @@
 """Whether the fast tests notice a wrong sign: each mutation of one line of a kernel, a controller or an output is applied alone to a
 scratch copy of the sources, which is compiled and tested. A mutation that no test fails on has survived, and is a hole in the tests.
 
-    verification/mutants.py                     # an hour on two cores
+    verification/mutants.py                     # all of them
     verification/mutants.py --only gimp         # the mutations whose name contains a word
 
 A mutation names the suites that should notice it; they run first, and all others only if they do not. Rows are kept in the work

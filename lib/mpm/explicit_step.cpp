@@ -78,11 +78,13 @@ void ExplicitStep::check_forecast(const State& state, const NodalMotion& motion)
         const auto [low, high] = range(motion.straining, component);
         safe = safe && (high - low) * motion.dt < grid.smallest_spacing() / 16.0;
         const auto [back, forth] = range(motion.motion, component);
-        const auto& place = component == 0 ? p.x : p.y;
-        const auto [first, last] = std::minmax_element(place.begin(), place.end());
         const double begin = component == 0 ? grid.left : grid.bottom;
-        const double end = begin + (component == 0 ? grid.width : grid.height);
-        safe = safe && *first + motion.dt * back >= begin && *last + motion.dt * forth <= end;
+        const double first = begin - motion.dt * back;
+        const double last = begin + (component == 0 ? grid.width : grid.height) - motion.dt * forth;
+        int near_edge = 0; // without branches: compilers vectorise it
+        for (const double place : component == 0 ? p.x : p.y)
+            near_edge |= static_cast<int>(place < first) | static_cast<int>(place > last);
+        safe = safe && near_edge == 0;
     }
     if (safe)
         return;
