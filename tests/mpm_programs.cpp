@@ -375,7 +375,7 @@ TEST_CASE("a checkpoint that does not fit is refused") {
     run_well("elastic_bar", {"--dt", "0.5", "--output", folder / "run"});
     const fs::path checkpoint = folder / "run/checkpoint.h5";
     for (const auto& [arguments, message] :
-         {std::pair{Arguments{}, std::string("the checkpoint is at t = 10.2 s already")},
+         {std::pair{Arguments{"--duration", "10"}, std::string("the checkpoint is at t = 10.2 s already")},
           {Arguments{"--cell-size", "0.05", "--duration", "20"}, "--cell-size: the checkpoint has 0.1, this run asks for 0.05"},
           {Arguments{"--speed", "2e-3", "--duration", "20"}, "--speed: the checkpoint has 0.001, this run asks for 0.002"},
           {Arguments{"--shape", "gimp", "--duration", "20"}, "--shape: the checkpoint has linear, this run asks for gimp"}}) {
@@ -420,6 +420,29 @@ TEST_CASE("a restart of a restart gives the bits of the uninterrupted run, for e
     compare("upsetting", {"2e-4", "4e-4", "7e-4"}, {"--dt", "1e-4", "--dt-start", "2e-5", "--many-newton", "4"});
     compare("vibrating_bar", {"3", "5", "8"}, {"--dt", "0.2"});
     compare("taylor_bar", {"4e-6", "8e-6", "12e-6"}, {"--history-every", "1"}, "6e-6");
+}
+
+TEST_CASE("a run that was killed after its last checkpoint is brought to its end") {
+    for (const Arguments& rows : {Arguments{}, {"--history-every", "1000"}, {"--history-every", "4"}}) {
+        CAPTURE(rows);
+        const scratch::Folder folder;
+        const fs::path run_folder = folder / "run";
+        run_well("upsetting",
+                 rows + Arguments{"--dt", "1e-4", "--duration", "1e-3", "--snapshots", "5e-4,1e-3", "--output", run_folder});
+        const auto whole = result_in(run_folder, "upsetting");
+        const auto told = summary(run_folder);
+        const std::string checkpoint = scratch::read(run_folder / "checkpoint.h5");
+        scratch::leave_as_killed(run_folder);
+        for (int repeat = 0; repeat < 2; ++repeat) { // harmless where there is nothing left to do
+            run_well("upsetting", {"--restart", run_folder / "checkpoint.h5"});
+            CHECK(result_in(run_folder, "upsetting") == whole);
+            CHECK(scratch::read(run_folder / "checkpoint.h5") == checkpoint);
+            CHECK_FALSE(fs::exists(run_folder / "history.csv.partial"));
+            CHECK_FALSE(fs::exists(run_folder / "fields.h5.partial"));
+            for (const char* key : {"status", "steps", "newton_iterations", "extra", "warnings"})
+                CHECK(summary(run_folder)[key] == told[key]);
+        }
+    }
 }
 
 TEST_CASE("an interrupted run ends with status 130, and goes on as if it had never stopped") {

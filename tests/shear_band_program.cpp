@@ -171,7 +171,7 @@ TEST_CASE("a checkpoint that does not fit is refused and keeps its folder as it 
         CHECK(contents(folder / "run") == before);
     };
     refused(folder / "run/checkpoint.h5", {"--cells", "24"}, "--cells: the checkpoint has 16x12, this run asks for 24");
-    refused(folder / "run/checkpoint.h5", {}, "--duration 1: the checkpoint is at t = 1 s already");
+    refused(folder / "run/checkpoint.h5", {"--duration", "0.9"}, "--duration 0.9: the checkpoint is at t = 1 s already");
     refused(folder / "run/checkpoint.h5", {"--duration", "0.5"}, "a longer --duration goes on from there");
     refused(folder / "run/checkpoint.h5", {"--plasticity", "perzyna", "--duration", "2"},
             "--plasticity: the checkpoint has stz, this run asks for perzyna");
@@ -283,6 +283,28 @@ TEST_CASE("an interrupted run ends with status 130, and goes on as if it had nev
         run_well({"--restart", parts / "checkpoint.h5", "--checkpoint-every", "600"});
         CHECK(summary(parts)["status"] == "completed");
         CHECK(result_in(parts) == result_in(whole));
+    }
+}
+
+TEST_CASE("a run that was killed after its last checkpoint is brought to its end") {
+    for (const Arguments& rows : {Arguments{}, {"--history-every", "1000"}, {"--history-every", "4"}}) {
+        CAPTURE(rows);
+        const scratch::Folder folder;
+        const fs::path run_folder = folder / "run";
+        run_well(quick + rows + Arguments{"--snapshots", "0.5,1", "--output", run_folder});
+        const Result whole = result_in(run_folder);
+        const auto told = summary(run_folder);
+        const std::string checkpoint = scratch::read(run_folder / "checkpoint.h5");
+        scratch::leave_as_killed(run_folder);
+        for (int repeat = 0; repeat < 2; ++repeat) { // harmless where there is nothing left to do
+            run_well({"--restart", run_folder / "checkpoint.h5"});
+            CHECK(result_in(run_folder) == whole);
+            CHECK(scratch::read(run_folder / "checkpoint.h5") == checkpoint);
+            CHECK_FALSE(fs::exists(run_folder / "history.csv.partial"));
+            CHECK_FALSE(fs::exists(run_folder / "fields.h5.partial"));
+            for (const char* key : {"status", "steps", "extra", "warnings"})
+                CHECK(summary(run_folder)[key] == told[key]);
+        }
     }
 }
 

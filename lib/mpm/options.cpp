@@ -243,7 +243,7 @@ StepControl make_step_control(const Options& o, const Scene& scene, const State&
 }
 
 RunOptions make_run_options(const Options& o, const State& start) {
-    if (!(o.duration > start.time))
+    if (!(o.duration >= start.time))
         throw InputError(
             fmt::format("--duration {}: the checkpoint is at t = {:.6g} s already: a longer --duration goes on from there",
                         o.duration, start.time));

@@ -69,7 +69,7 @@ void declare(io::Program& program, Options& options);
 /// The integrator that the options ask for. Throws InputError for combinations that cannot work.
 [[nodiscard]] std::unique_ptr<TimeStepper> make_time_stepper(const Options& options, const Scene& scene, const State& start);
 [[nodiscard]] StepControl make_step_control(const Options& options, const Scene& scene, const State& start);
-/// Throws InputError when a run that goes on from this state has nothing left to do.
+/// Throws InputError when this state, that of a checkpoint or the start, is later than the end.
 [[nodiscard]] RunOptions make_run_options(const Options& options, const State& start);
 
 /// The lines before a run: grid, particles, materials, method, step, memory.

@@ -72,7 +72,8 @@ Recorder::Recorder(const Problem& problem, const RunOptions& options, const io::
                   {"cells_x", problem.scene.grid.cells_x},
                   {"cells_y", problem.scene.grid.cells_y}}),
       history_(folder.history(), history_columns(problem), checkpoint ? std::optional(checkpoint->history()) : std::nullopt),
-      progress_({.duration_s = options.duration_s, .start_s = start_s, .quiet = program.common().quiet}) {}
+      progress_({.duration_s = options.duration_s, .start_s = start_s, .quiet = program.common().quiet}),
+      row_step_(checkpoint ? checkpoint->counter("row_step") : -1) {}
 
 bool Recorder::lacks_snapshot(double time_s) const { return io::lacks(snapshots_.times(), options_.snapshots_s, time_s); }
 
@@ -109,21 +110,28 @@ void Recorder::snapshot(const State& state) {
     snapshots_.write(state.time, state.step, p.x, p.y, fields);
 }
 
-void Recorder::row(const Observation& seen, const StepOutcome& outcome) {
-    const State& state = seen.state;
+void Recorder::row(const State& state, const LastStep& last) {
+    const Observation seen{state, last.dt, last.contact_forces};
     const Energies energies = energies_of(problem_.scene, state.particles);
     std::vector<double> row{state.time,      static_cast<double>(state.step),    seen.dt,          energies.kinetic,
                             energies.strain, energies.kinetic + energies.strain, energies.internal};
     for (const InternalVariable& variable : internal_variables(problem_.scene))
         row.push_back(largest_of(values_of(variable, problem_.scene, state.particles)));
-    row.insert(row.end(), {outcome.smallest_determinant,
-                           static_cast<double>(connectivity_of(problem_.scene.grid, state.particles).enclosed_empty_cells),
-                           static_cast<double>(outcome.newton_iterations), static_cast<double>(outcome.linear_iterations)});
+    row.insert(row.end(),
+               {last.outcome.smallest_determinant,
+                static_cast<double>(connectivity_of(problem_.scene.grid, state.particles).enclosed_empty_cells),
+                static_cast<double>(last.outcome.newton_iterations), static_cast<double>(last.outcome.linear_iterations)});
     for (const auto& force : seen.contact_forces)
         row.insert(row.end(), force.begin(), force.end());
     for (const Observable& observable : problem_.observables)
         row.push_back(observable.value(seen));
     history_.append(row);
+    row_step_ = state.step;
+}
+
+void Recorder::last_row(const State& state, const LastStep& last) {
+    if (row_step_ != state.step)
+        row(state, last);
 }
 
 void Recorder::progress(const State& state, const StepControl::Step& step) {
@@ -131,11 +139,12 @@ void Recorder::progress(const State& state, const StepControl::Step& step) {
 }
 
 void Recorder::checkpoint(const State& state, const StepControl& control, const Tally& tally,
-                          const std::map<std::string, std::int64_t>& counters) {
+                          const std::map<std::string, std::int64_t>& counters, const LastStep& last) {
     io::Checkpoint content{.program = program_.name(), .format = checkpoint_format, .config = program_.config_text()};
     content.scalars = {{"time", state.time}, {"planned_dt", control.plan().next}, {"rest_of_step", control.plan().rest}};
     content.counters = counters;
     content.counters["step"] = state.step;
+    content.counters["row_step"] = row_step_;
     content.counters["shortened"] = static_cast<int>(control.plan().shortened);
     for (const auto& [name, array] : named_arrays(state.particles))
         content.vectors.emplace_back(fmt::format("particles/{}", name), *array);
@@ -148,6 +157,11 @@ void Recorder::checkpoint(const State& state, const StepControl& control, const 
     for (const auto& [name, numbers] : tally)
         content.vectors.emplace_back(fmt::format("tally/{}", name), numbers);
     content.integer_vectors.emplace_back("touching", control.plan().touching);
+    std::vector<double> last_step{last.dt, last.outcome.smallest_determinant, static_cast<double>(last.outcome.newton_iterations),
+                                  static_cast<double>(last.outcome.linear_iterations)};
+    for (const auto& force : last.contact_forces)
+        last_step.insert(last_step.end(), force.begin(), force.end());
+    content.vectors.emplace_back("last_step", last_step);
     content.snapshots = snapshots_.times().size();
     content.history = history_.mark();
     io::write_checkpoint(folder_.checkpoint(), content);
@@ -173,6 +187,21 @@ void Recorder::finish_quietly() noexcept {
     } catch (const Error&) {
         // the failure that ended the run is the one to tell
     }
+}
+
+LastStep read_last_step(const io::CheckpointReader& checkpoint, std::size_t rigid_bodies) {
+    const std::vector<double> numbers = checkpoint.vector("last_step");
+    if (numbers.size() != 4 + 2 * rigid_bodies)
+        throw InputError(fmt::format("{}: 'last_step' has {} values, expected {}: use another checkpoint",
+                                     checkpoint.path().string(), numbers.size(), 4 + 2 * rigid_bodies));
+    LastStep last{.dt = numbers[0],
+                  .outcome = {.accepted = true,
+                              .smallest_determinant = numbers[1],
+                              .newton_iterations = static_cast<int>(numbers[2]),
+                              .linear_iterations = static_cast<int>(numbers[3])}};
+    for (std::size_t b = 0; b < rigid_bodies; ++b)
+        last.contact_forces.push_back({numbers[4 + 2 * b], numbers[5 + 2 * b]});
+    return last;
 }
 
 State read_state(const io::CheckpointReader& checkpoint, const State& start) {

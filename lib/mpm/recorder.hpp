@@ -4,12 +4,20 @@
 #include <ductile/io/progress.hpp>
 #include <ductile/mpm/run.hpp>
 
+#include <array>
 #include <cstdint>
 #include <map>
 #include <string>
 #include <vector>
 
 namespace ductile::mpm {
+
+/// What history.csv tells of a step beside the state it led to.
+struct LastStep {
+    double dt = 0.0; ///< [s]
+    StepOutcome outcome = {};
+    std::vector<std::array<double, 2>> contact_forces; ///< see Observation
+};
 
 /// Everything a run writes, in SI: snapshots, history, progress line, checkpoints.
 class Recorder {
@@ -19,10 +27,12 @@ public:
              const io::CheckpointReader* checkpoint, double start_s);
 
     void snapshot(const State& state);
-    void row(const Observation& seen, const StepOutcome& outcome);
+    void row(const State& state, const LastStep& last);
+    /// The row of the end, unless it is there.
+    void last_row(const State& state, const LastStep& last);
     void progress(const State& state, const StepControl::Step& step);
     void checkpoint(const State& state, const StepControl& control, const Tally& tally,
-                    const std::map<std::string, std::int64_t>& counters);
+                    const std::map<std::string, std::int64_t>& counters, const LastStep& last);
     /// The problem's curve of the whole run, for the terminal.
     [[nodiscard]] std::string curve();
     /// What a person must know about what an earlier run left.
@@ -41,6 +51,10 @@ private:
     io::ParticleSnapshotWriter snapshots_;
     io::History history_;
     io::Progress progress_;
+    std::int64_t row_step_; // of the last row
 };
+
+/// That of the checkpoint's state. Throws InputError for forces on another number of rigid bodies.
+[[nodiscard]] LastStep read_last_step(const io::CheckpointReader& checkpoint, std::size_t rigid_bodies);
 
 } // namespace ductile::mpm

@@ -34,7 +34,7 @@ public:
     /// The last first.
     [[nodiscard]] std::vector<double> after(double time) const {
         std::vector<double> times;
-        if (!has_snapshot(end_))
+        if (time < end_ && !has_snapshot(end_))
             times.push_back(end_);
         for (const double t : snapshots_)
             if (t > time)
@@ -116,17 +116,17 @@ io::RunStatus run(const Problem& problem, State& state, TimeStepper& stepper, St
 
     // what summary numbers need, of every step
     const Monitor monitor(problem.scene, options.monitor);
-    std::vector<std::array<double, 2>> contact_forces = contact_forces_at_start(problem);
+    LastStep last{.contact_forces = contact_forces_at_start(problem)};
     Tally tally;
-    double last_dt = 0.0;
-    const auto observe = [&](const State& seen_state, double smallest_determinant) {
-        const Observation seen{seen_state, last_dt, contact_forces};
-        monitor.observe(seen, smallest_determinant, tally);
+    const auto observe = [&](const State& seen_state) {
+        const Observation seen{seen_state, last.dt, last.contact_forces};
+        monitor.observe(seen, last.outcome.smallest_determinant, tally);
         if (problem.conclusions.observe)
             problem.conclusions.observe(seen, tally);
     };
-    observe(problem.start, 1.0);
+    observe(problem.start);
     if (checkpoint) {
+        last = read_last_step(*checkpoint, state.rigid_bodies.size());
         for (auto& [name, numbers] : tally)
             numbers = checkpoint->vector(fmt::format("tally/{}", name));
         if (folder.continued() && recorder.lacks_snapshot(state.time))
@@ -134,7 +134,7 @@ io::RunStatus run(const Problem& problem, State& state, TimeStepper& stepper, St
     } else {
         if (schedule.has_snapshot(state.time))
             recorder.snapshot(state);
-        recorder.row({state, 0.0, contact_forces}, {});
+        recorder.row(state, last);
     }
     const auto describe_run = [&] {
         auto total = counters();
@@ -157,31 +157,30 @@ io::RunStatus run(const Problem& problem, State& state, TimeStepper& stepper, St
         summary.extra["shortened_newton_steps"] = total["backtracks"];
         summary.extra["simulated_time_s"] = state.time;
         summary.extra["particles"] = state.particles.size();
-        const Observation seen{state, last_dt, contact_forces};
+        const Observation seen{state, last.dt, last.contact_forces};
         monitor.conclude(seen, tally, summary);
         if (problem.conclusions.conclude)
             problem.conclusions.conclude(seen, tally, summary.extra);
         summary.drawing = recorder.curve();
     };
 
-    StepControl::Step step;
-    StepOutcome outcome;
+    const bool at_end = output_times.empty();
     std::vector<std::int64_t> touching(state.rigid_bodies.size(), 0);
     try {
         while (!output_times.empty()) {
             if (io::interrupted()) {
-                recorder.checkpoint(state, control, tally, counters());
+                recorder.checkpoint(state, control, tally, counters(), last);
                 recorder.finish();
                 describe_run();
                 return io::RunStatus::interrupted;
             }
-            step = control.next(state, output_times.back());
+            const StepControl::Step step = control.next(state, output_times.back());
             if (!(state.time + step.dt > state.time))
                 throw RunError(
                     fmt::format("step {} at t = {:.6g} s would be {:.3g} s long ({}), too short to change the time: look for "
                                 "a speed or a length that is out of all proportion",
                                 state.step + 1, state.time, step.dt, step.limit));
-            outcome = stepper.attempt(state, step.dt);
+            StepOutcome outcome = stepper.attempt(state, step.dt);
             if (!outcome.accepted) {
                 ++failures[static_cast<int>(outcome.failure)];
                 if (!control.failed(step))
@@ -202,14 +201,15 @@ io::RunStatus run(const Problem& problem, State& state, TimeStepper& stepper, St
 
             if (step.lands)
                 state.time = output_times.back();
-            last_dt = step.dt;
+            last.dt = step.dt;
+            last.outcome = std::move(outcome);
             Timer output;
             const std::span<const double> force = stepper.force();
-            for (std::size_t b = 0; b < contact_forces.size(); ++b)
-                contact_forces[b] = contact_force(stepper.discretisation().nodes(), force, static_cast<std::int32_t>(b));
-            observe(state, outcome.smallest_determinant);
+            for (std::size_t b = 0; b < last.contact_forces.size(); ++b)
+                last.contact_forces[b] = contact_force(stepper.discretisation().nodes(), force, static_cast<std::int32_t>(b));
+            observe(state);
             if (state.step % options.history_every == 0)
-                recorder.row({state, step.dt, contact_forces}, outcome);
+                recorder.row(state, last);
             recorder.progress(state, step);
             if (step.lands) {
                 if (schedule.has_snapshot(state.time))
@@ -217,18 +217,18 @@ io::RunStatus run(const Problem& problem, State& state, TimeStepper& stepper, St
                 output_times.pop_back();
             }
             if (since_checkpoint.seconds() > program.common().checkpoint_every_s) {
-                recorder.checkpoint(state, control, tally, counters());
+                recorder.checkpoint(state, control, tally, counters(), last);
                 since_checkpoint.lap();
             }
             output_seconds += output.seconds();
         }
-        recorder.checkpoint(state, control, tally, counters());
-        // the row of the end, where it is not an n-th one: a continued run will not have it
-        if (state.step % options.history_every != 0)
-            recorder.row({state, step.dt, contact_forces}, outcome);
+        if (!at_end)
+            recorder.checkpoint(state, control, tally, counters(), last);
+        // after the checkpoint: a longer run that goes on from there will not have it
+        recorder.last_row(state, last);
     } catch (const Error& failure) {
-        const RunError advised =
-            io::with_checkpoint(failure, folder.checkpoint(), [&] { recorder.checkpoint(state, control, tally, counters()); });
+        const RunError advised = io::with_checkpoint(failure, folder.checkpoint(),
+                                                     [&] { recorder.checkpoint(state, control, tally, counters(), last); });
         recorder.finish_quietly();
         try {
             describe_run();

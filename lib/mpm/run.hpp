@@ -34,14 +34,15 @@ struct RunOptions {
 };
 
 /// The number of these programs' checkpoint format, raised when its content changes.
-inline constexpr int checkpoint_format = 3;
+inline constexpr int checkpoint_format = 4;
 
 /// The state a checkpoint holds; `start` is the program's own initial state. Throws InputError unless its particles are as many.
 [[nodiscard]] State read_state(const io::CheckpointReader& checkpoint, const State& start);
 
 /// Steps to the end, each ending at the next output time at most: snapshots, history, progress, checkpoints; a signal ends the
 /// run with a checkpoint. A step that fails is tried again with half its length. `checkpoint` (or null) is what the run goes on
-/// from. Fills in `summary`. Throws InputError for a state that no run can start from, see check(), and RunError when steps keep
+/// from; where it is at the end already, the run only brings its files to their end: a kill may have come before that. Fills in
+/// `summary`. Throws InputError for a state that no run can start from, see check(), and RunError when steps keep
 /// failing or are too short to change the time; what was written before is kept.
 [[nodiscard]] io::RunStatus run(const Problem& problem, State& state, TimeStepper& stepper, StepControl& control,
                                 const RunOptions& options, const io::Program& program, const io::OutputFolder& folder,

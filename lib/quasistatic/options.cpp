@@ -278,7 +278,7 @@ std::unique_ptr<TimeStepper> make_time_stepper(const Options& o, const Scene& sc
 }
 
 RunOptions make_run_options(const Options& o, const Scene& scene, double start) {
-    if (!(o.duration / scene.units.time > start))
+    if (!(o.duration / scene.units.time >= start))
         throw InputError(
             fmt::format("--duration {}: the checkpoint is at t = {:.6g} s already: a longer --duration goes on from there",
                         o.duration, start * scene.units.time));

@@ -59,7 +59,7 @@ void declare(io::Program& program, Options& options);
 [[nodiscard]] StepControl make_step_control(const Options& options, const Scene& scene);
 /// The scheme with its elliptic solver.
 [[nodiscard]] std::unique_ptr<TimeStepper> make_time_stepper(const Options& options, const Scene& scene, State state);
-/// Throws InputError when a run that goes on from `start` (a checkpoint's time in natural units, or 0) has nothing left to do.
+/// Throws InputError when `start` (a checkpoint's time in natural units, or 0) is later than the end.
 [[nodiscard]] RunOptions make_run_options(const Options& options, const Scene& scene, double start);
 
 /// The lines before a run: grid, unknowns, material with the physical strain rate, scheme, memory, threads.

@@ -72,7 +72,8 @@ Recorder::Recorder(const Scene& scene, const RunOptions& options, const io::Prog
                  checkpoint ? checkpoint->snapshots(folder, start_s * (1.0 + 1e-12)) : std::nullopt,
                  {{"time_unit_s", scene.units.time}, {"yield_stress_Pa", scene.units.stress}}),
       history_(folder.history(), history_columns(scene), checkpoint ? std::optional(checkpoint->history()) : std::nullopt),
-      progress_({.duration_s = options.duration_s, .start_s = start_s, .quiet = program.common().quiet}) {}
+      progress_({.duration_s = options.duration_s, .start_s = start_s, .quiet = program.common().quiet}),
+      row_step_(checkpoint ? checkpoint->counter("row_step") : -1) {}
 
 bool Recorder::lacks_snapshot(double time_s) const { return io::lacks(snapshots_.times(), options_.snapshots_s, time_s); }
 
@@ -107,15 +108,21 @@ void Recorder::snapshot(const State& state, double time_s) {
     snapshots_.write(time_s, state.step, fields);
 }
 
-void Recorder::row(const State& state, double dt, double measure) {
+void Recorder::row(const State& state, const LastStep& last) {
     const Units& u = scene_.units;
     const Observables o = observe(scene_, state.cells);
     const double internal = internal_variable(scene_.plasticity).natural_unit;
     const double strain = scene_.walls.displacement(state.time).u / (0.5 * scene_.grid.height);
-    history_.append({state.time * u.time, static_cast<double>(state.step), dt * u.time, strain, o.wall_traction * u.stress,
+    history_.append({state.time * u.time, static_cast<double>(state.step), last.dt * u.time, strain, o.wall_traction * u.stress,
                      o.normal_traction * u.stress, o.mean_magnitude * u.stress, o.largest_magnitude * u.stress,
                      o.smallest_internal * internal, o.largest_internal * internal, o.plastic_fraction,
-                     equilibrium_residual(scene_, state.cells, force_), measure});
+                     equilibrium_residual(scene_, state.cells, force_), last.measure});
+    row_step_ = state.step;
+}
+
+void Recorder::last_row(const State& state, const LastStep& last) {
+    if (row_step_ != state.step)
+        row(state, last);
 }
 
 void Recorder::progress(const State& state, const StepControl::Step& step) {
@@ -123,16 +130,17 @@ void Recorder::progress(const State& state, const StepControl::Step& step) {
 }
 
 void Recorder::checkpoint(TimeStepper& stepper, StepControl& control, AccuracyWatch& watch,
-                          const std::map<std::string, std::int64_t>& counters) {
+                          const std::map<std::string, std::int64_t>& counters, const LastStep& last) {
     const State& state = stepper.state();
     io::Checkpoint content{.program = program_.name(), .format = checkpoint_format, .config = program_.config_text()};
-    content.scalars = {{"time", state.time}};
+    content.scalars = {{"time", state.time}, {"last_dt", last.dt}, {"last_measure", last.measure}};
     for (const auto& numbers : {stepper.hidden_numbers(), control.hidden_numbers(), watch.hidden_numbers()})
         for (const auto& [name, value] : numbers)
             content.scalars[name] = *value;
     content.counters = counters;
     content.counters.merge(identity(stepper, control));
     content.counters["step"] = state.step;
+    content.counters["row_step"] = row_step_;
     content.counters["cells_x"] = scene_.grid.cells_x;
     content.counters["cells_y"] = scene_.grid.cells_y;
     for (const auto& [name, field] : named_fields(state))
@@ -183,6 +191,10 @@ State read_state(const io::CheckpointReader& checkpoint, const Scene& scene) {
         throw InputError(fmt::format("{}: time {} s after {} steps is impossible: use another checkpoint",
                                      checkpoint.path().string(), state.time * scene.units.time, state.step));
     return state;
+}
+
+LastStep read_last_step(const io::CheckpointReader& checkpoint) {
+    return {.dt = checkpoint.scalar("last_dt"), .measure = checkpoint.scalar("last_measure")};
 }
 
 void restore_hidden(const io::CheckpointReader& checkpoint, TimeStepper& stepper, StepControl& control, AccuracyWatch& watch) {

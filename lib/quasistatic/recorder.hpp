@@ -15,6 +15,12 @@
 
 namespace ductile::quasistatic {
 
+/// What history.csv tells of a step beside the state it led to.
+struct LastStep {
+    double dt = 0.0;
+    double measure = 0.0; ///< StepAttempt::measure
+};
+
 /// Everything a run writes, in SI: snapshots, history, progress line, checkpoints.
 class Recorder {
 public:
@@ -24,10 +30,12 @@ public:
 
     /// `time_s` is that of the state, as it was asked for.
     void snapshot(const State& state, double time_s);
-    void row(const State& state, double dt, double measure);
+    void row(const State& state, const LastStep& last);
+    /// The row of the end, unless it is there.
+    void last_row(const State& state, const LastStep& last);
     void progress(const State& state, const StepControl::Step& step);
     void checkpoint(TimeStepper& stepper, StepControl& control, AccuracyWatch& watch,
-                    const std::map<std::string, std::int64_t>& counters);
+                    const std::map<std::string, std::int64_t>& counters, const LastStep& last);
     /// The strain-stress curve of the whole run, for the terminal.
     [[nodiscard]] std::string curve();
     /// What a person must know about what an earlier run left.
@@ -47,10 +55,14 @@ private:
     io::SnapshotWriter snapshots_;
     io::History history_;
     io::Progress progress_;
+    std::int64_t row_step_; // of the last row
 };
 
 /// Restores what a checkpoint holds besides the state: what is known of the accuracy so far; step control and the stepper's
 /// hidden values, unless they belong to another scheme or step control than the run's (then the run goes on from the bare state).
 void restore_hidden(const io::CheckpointReader& checkpoint, TimeStepper& stepper, StepControl& control, AccuracyWatch& watch);
+
+/// That of the checkpoint's state.
+[[nodiscard]] LastStep read_last_step(const io::CheckpointReader& checkpoint);
 
 } // namespace ductile::quasistatic

@@ -27,13 +27,16 @@ io::RunStatus run(const Scene& scene, TimeStepper& stepper, StepControl& control
     const auto asked_s = [&](double time) { // without the round-off of units
         return *std::ranges::find_if(options.snapshots_s, [&](double asked) { return asked / unit == time; });
     };
-    if (targets.empty() || targets.back() < end)
+    if (start < end && (targets.empty() || targets.back() < end))
         targets.push_back(end);
 
     std::int64_t rejected_steps = 0, relaxation_steps = 0;
+    LastStep last;
     AccuracyWatch watch(scene);
-    if (checkpoint)
+    if (checkpoint) {
         restore_hidden(*checkpoint, stepper, control, watch);
+        last = read_last_step(*checkpoint);
+    }
     const auto counters = [&] {
         const StepperCounts now = stepper.counts();
         std::map<std::string, std::int64_t> total{{"elliptic_solves", now.elliptic_solves},
@@ -59,7 +62,7 @@ io::RunStatus run(const Scene& scene, TimeStepper& stepper, StepControl& control
         control.start(stepper.time_scale());
         if (std::find(options.snapshots_s.begin(), options.snapshots_s.end(), 0.0) != options.snapshots_s.end())
             recorder.snapshot(stepper.state(), 0.0);
-        recorder.row(stepper.state(), 0.0, 0.0);
+        recorder.row(stepper.state(), last);
     }
     double output_seconds = 0.0;
     const auto describe_run = [&] {
@@ -84,12 +87,10 @@ io::RunStatus run(const Scene& scene, TimeStepper& stepper, StepControl& control
     };
 
     std::size_t target = 0;
-    StepControl::Step step;
-    StepAttempt attempt;
     try {
         while (target < targets.size()) {
             if (io::interrupted()) {
-                recorder.checkpoint(stepper, control, watch, counters());
+                recorder.checkpoint(stepper, control, watch, counters(), last);
                 recorder.finish();
                 describe_run();
                 return io::RunStatus::interrupted;
@@ -98,7 +99,8 @@ io::RunStatus run(const Scene& scene, TimeStepper& stepper, StepControl& control
             const double goal = std::min(targets[target], knot);
             const double now = stepper.state().time;
             const StepControl::Step planned = control.next(now, goal);
-            step = StepControl::shortened(planned, now, stepper.limit_step(planned.dt));
+            const StepControl::Step step = StepControl::shortened(planned, now, stepper.limit_step(planned.dt));
+            StepAttempt attempt;
             try {
                 attempt = stepper.attempt(step.dt, step.end);
             } catch (const RunError&) {
@@ -116,10 +118,11 @@ io::RunStatus run(const Scene& scene, TimeStepper& stepper, StepControl& control
             watch.judge(attempt, now, step.dt);
             relaxation_steps += step.limit == StepLimit::relaxation ? 1 : 0;
             stepper.accept();
+            last = {step.dt, attempt.measure};
 
             Timer output;
             if (stepper.state().step % options.history_every == 0)
-                recorder.row(stepper.state(), step.dt, attempt.measure);
+                recorder.row(stepper.state(), last);
             watch.observe(stepper.state(), target + 1 == targets.size() && step.lands);
             recorder.progress(stepper.state(), step);
             if (step.lands && goal == targets[target]) {
@@ -128,18 +131,18 @@ io::RunStatus run(const Scene& scene, TimeStepper& stepper, StepControl& control
                 ++target;
             }
             if (since_checkpoint.seconds() > program.common().checkpoint_every_s) {
-                recorder.checkpoint(stepper, control, watch, counters());
+                recorder.checkpoint(stepper, control, watch, counters(), last);
                 since_checkpoint.lap();
             }
             output_seconds += output.seconds();
         }
-        recorder.checkpoint(stepper, control, watch, counters());
-        // the row of the end, where it is not an n-th one: a continued run will not have it
-        if (stepper.state().step % options.history_every != 0)
-            recorder.row(stepper.state(), step.dt, attempt.measure);
+        if (!targets.empty())
+            recorder.checkpoint(stepper, control, watch, counters(), last);
+        // after the checkpoint: a longer run that goes on from there will not have it
+        recorder.last_row(stepper.state(), last);
     } catch (const Error& failure) {
-        const RunError advised =
-            io::with_checkpoint(failure, folder.checkpoint(), [&] { recorder.checkpoint(stepper, control, watch, counters()); });
+        const RunError advised = io::with_checkpoint(failure, folder.checkpoint(),
+                                                     [&] { recorder.checkpoint(stepper, control, watch, counters(), last); });
         recorder.finish_quietly();
         try {
             describe_run();

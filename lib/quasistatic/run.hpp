@@ -19,13 +19,14 @@ struct RunOptions {
 };
 
 /// The number of this program's checkpoint format, raised when its content changes.
-inline constexpr int checkpoint_format = 4;
+inline constexpr int checkpoint_format = 5;
 
 /// The state a checkpoint holds. Throws InputError when it has another grid or another internal variable.
 [[nodiscard]] State read_state(const io::CheckpointReader& checkpoint, const Scene& scene);
 
 /// Steps `stepper` to the end: snapshots, history, progress, checkpoints; a signal ends the run with a checkpoint.
-/// `checkpoint` (or null) is what the run goes on from: it restores the step control, the history and the counters.
+/// `checkpoint` (or null) is what the run goes on from: it restores the step control, the history and the counters. A run whose
+/// checkpoint is at its end already only brings its files to their end: a kill may have come before that.
 /// Fills in `summary`. Throws RunError when a step fails; what was written before is kept.
 [[nodiscard]] io::RunStatus run(const Scene& scene, TimeStepper& stepper, StepControl& control, const RunOptions& options,
                                 const io::Program& program, const io::OutputFolder& folder,
