@@ -7,9 +7,13 @@
 //   ./ductile shear_band --cells 128 --output out/band
 #include <ductile/base/threads.hpp>
 #include <ductile/io/interrupt.hpp>
+#include <ductile/io/output_times.hpp>
 #include <ductile/io/program.hpp>
 #include <ductile/quasistatic/doubts.hpp>
 #include <ductile/quasistatic/options.hpp>
+
+#include <algorithm>
+#include <iterator>
 
 using namespace ductile;
 using namespace ductile::quasistatic;
@@ -32,7 +36,9 @@ int main(int argc, char** argv) {
 
         // 3. time stepper with its elliptic solver
         const RunOptions run_options = make_run_options(options, scene, state.time);
-        const std::vector<std::string> warnings = doubts(options, scene, state.cells);
+        std::vector<std::string> warnings = doubts(options, scene, state.cells);
+        if (!program.has_default("--snapshots"))
+            std::ranges::move(io::missing_snapshots(options.duration, options.snapshots), std::back_inserter(warnings));
         const auto stepper = make_time_stepper(options, scene, std::move(state));
         program.say(describe(options, scene, *stepper, thread_count()));
 

@@ -70,6 +70,42 @@ TEST_CASE("energy may grow by the work that rigid bodies do, and by a tenth more
     CHECK(slow.warnings(slow.monitor).size() == 1);
 }
 
+TEST_CASE("the work of a body force is work") {
+    const double drop = 3.0; // m/s gained in 0.2 s by a force of 15 N/kg: the energy of a free fall, exactly
+    for (const bool inertia : {true, false}) {
+        Run run;
+        run.b.scene.body_force = [](std::int64_t, double, double, double) { return std::array{15.0, 0.0}; };
+        const Monitor monitor(run.b.scene, {.inertia = inertia});
+        run.tally.clear();
+        monitor.observe({run.b.state, 0.0, run.forces}, 1.0, run.tally);
+        run.set_speed(2.0 + drop);
+        monitor.observe({run.b.state, 0.2, run.forces}, 1.0, run.tally);
+        const double mass = 1.6, work = run.tally["work_J"][0];
+        CHECK(work == doctest::Approx(inertia ? 0.5 * mass * (5.0 * 5.0 - 2.0 * 2.0) : 15.0 * 5.0 * 0.2 * mass));
+        if (!inertia)
+            continue;
+        CHECK(run.warnings(monitor).empty());
+        run.set_speed(2.0 + 1.2 * drop); // more than the force can have given
+        CHECK(run.warnings(monitor).size() == 1);
+    }
+}
+
+TEST_CASE("a rigid body that loses what it pulled is said; one that moves off after pressing is not") {
+    const auto let_go = [](std::array<double, 2> force, std::array<double, 2> before) {
+        Run run; // the plate's point is at (0.75, 0.75), the block on its left and below
+        for (const auto& f : {before, force, {0.0, 0.0}, {0.0, 0.0}}) {
+            run.forces = {f};
+            run.see(0.0);
+        }
+        return run.warning();
+    };
+    CHECK(
+        contains(let_go({-3.0, -4.0}, {0.0, 0.0}), "the rigid body 'plate' let go of the particles while it pulled them with "));
+    CHECK(contains(let_go({-3.0, -4.0}, {0.0, -20.0}), "let go"));
+    CHECK(let_go({3.0, 4.0}, {0.0, 0.0}).empty());
+    CHECK(let_go({-0.3, -0.4}, {20.0, 0.0}).empty());
+}
+
 TEST_CASE("a step that leaves a particle little of its volume is said with its figure") {
     Run run;
     run.see(0.1, 0.31);

@@ -269,7 +269,12 @@ TEST_CASE("the programs' own runs are not doubted; what is doubtful is said with
                        "the particles lock"));
     }
     CHECK(contains(warnings("elastic_bar", {"--poisson-ratio", "0.49"}), "the particles lock"));
+    CHECK(contains(warnings("plastic_bar", {"--particles-per-side", "1", "--cell-size", "0.025", "--duration", "14"}),
+                   "the rigid body 'grip' let go of the particles"));
     CHECK(warnings("plastic_bar", {"--yield-stress", ".06", "--hardening", "0", "--particles-per-side", "1"}) == "");
+    CHECK(contains(warnings("elastic_bar", {"--dt", "0.1", "--duration", "2", "--snapshots", "0,1,3"}),
+                   "the snapshot at 3 s lies beyond the end at 2 s"));
+    CHECK(warnings("elastic_bar", {"--dt", "0.1", "--duration", "2"}) == ""); // nobody asked for those
 
     const Outcome header = run("elastic_bar", {"--dt", "0.5", "--output", folder / "run"});
     CHECK(contains(header.output, "material  E = 1000 Pa, nu = 0.3, rho = 10 kg/m^3, wave speed 11.6 m/s"));

@@ -295,6 +295,11 @@ TEST_CASE("numbers that no solid has, and loads that inertia would bear, are war
     CHECK(said({"--wall-velocity", "10"}, "times the 8.1e-06 s that shear waves take") == 1);
     CHECK(said({"--stz-bath-temperature", "650"}, "below the bath's 650 K") == 1);
     CHECK(said({"--stz-bath-temperature", "950", "--initial-base", "960"}, "this is a melt") == 1);
+    const fs::path late = folder / "late";
+    run_well(late, {"--duration", "1e-7", "--snapshots", "0,1.0000000000001e-7,2e-7"});
+    CHECK(summary_in(late)["warnings"][0] ==
+          "the snapshot at 2e-07 s lies beyond the end at 1e-07 s and will be missing: lengthen --duration");
+    CHECK(io::Hdf5File::open(late / "fields.h5").members("snapshots").size() == 2);
     run_well(folder / "plain", {"--duration", "1e-7"});
     CHECK_FALSE(summary_in(folder / "plain").value("warnings", nlohmann::json::array()).size() > 0);
 

@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """What time integrators do to energy: the colliding disks (Fig. 3 of Sulsky & Kaul) and the vibrating bar, against the step.
 
     verification/energy.py            # a minute

@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """Figures 1, 2, 4, 9, 10, 11 and 13 of Sulsky & Kaul and the numbers that the paper quotes from them: stress along the bars, the
 colliding disks, the billet by step and by mesh, Newton iterations where particles cross cells.
 

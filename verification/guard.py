@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """Whether a change keeps the bits: records history.csv and the last snapshot of small runs of every scheme, method, form, shape and
 solver, and compares two records number by number.
 

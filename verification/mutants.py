@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """Whether the fast tests notice a wrong sign: each mutation of one line of a kernel, a controller or an output is applied alone to a
 scratch copy of the sources, which is compiled and tested. A mutation that no test fails on has survived, and is a hole in the tests.
 
@@ -57,16 +57,16 @@ class Copy:
                 shutil.copy(source, target)
         self.call(["cmake", "-S", folder, "-B", self.build, "-G", "Ninja", "-D", "CMAKE_BUILD_TYPE=Release", "-D",
                    "CMAKE_CXX_FLAGS_RELEASE=-O1"])
-        if not self.compile():
+        if not self.compile(os.cpu_count()):
             sys.exit(f"the unchanged sources do not compile in {folder}")
 
     @staticmethod
     def call(words):
         return subprocess.run([str(w) for w in words], capture_output=True, text=True)
 
-    def compile(self):
+    def compile(self, processes=1):
         """Everything that tests run: the unit tests depend on the programs."""
-        return self.call(["ninja", "-C", self.build, "-j", "1", "unit_tests"]).returncode == 0
+        return self.call(["ninja", "-C", self.build, "-j", processes, "unit_tests"]).returncode == 0
 
     def first_failure(self, suites):
         """The first test case of these suites (of all, if there is none) that fails, or None."""

@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """Draws the snapshots of a fields.h5: one row a time, and in the columns the effective temperature chi (or the plastic
 strain), the pressure p and the deviatoric magnitude sbar, as in Fig. 2 of Lu & Rycroft.
 

@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """What the other reading of an ambiguous line of the paper would change: the shear band on 128 x 128 cells at t = 35e4 t_s.
 
     verification/readings.py

@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """Material points against closed forms and manufactured solutions: six problems, three shape functions, several meshes.
 
     verification/solutions.py         # six minutes

@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """How far implicit steps of material points go: steps from a tenth to ten thousand times the explicit one, nearly incompressible
 elasticity, one particle a cell, large strains, bodies that come apart. A run that cannot go on must say why and end with status 1.
 

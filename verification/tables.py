@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """Tables I to VI of Sulsky & Kaul: steps, Newton and linear iterations, and cost of implicit beside explicit steps.
 
 Every row is run in the paper's way (difference quotients, a fixed linear tolerance, no preconditioner, its scale of the residual, its

@@ -74,7 +74,8 @@ CLI::Option* Program::declare(const std::string& flag, Kind kind, const OptionHe
     if (kind == Kind::boolean)
         option->each([callback](const std::string& word) { callback({word}); });
     option->option_text(types[static_cast<std::size_t>(kind)])->group(help.group)->take_last()->run_callback_for_default();
-    declared_.push_back({flag.substr(2), kind, std::move(text), option, help.restart});
+    const std::string default_text = text();
+    declared_.push_back({flag.substr(2), kind, std::move(text), default_text, option, help.restart});
     return option;
 }
 

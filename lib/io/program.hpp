@@ -85,6 +85,8 @@ public:
     [[nodiscard]] bool parse(int argc, const char* const* argv);
 
     [[nodiscard]] const std::string& name() const { return name_; }
+    /// Whether an option has the value it was declared with.
+    [[nodiscard]] bool has_default(const std::string& flag) const;
     [[nodiscard]] const CommonOptions& common() const { return common_; }
     /// All options, their values and meanings: a valid configuration file that reproduces the run.
     [[nodiscard]] std::string config_text() const;
@@ -110,6 +112,7 @@ private:
         std::string key;
         Kind kind;
         std::function<std::string()> text; ///< the variable's value
+        std::string default_text;
         CLI::Option* option;
         Restart restart;
     };

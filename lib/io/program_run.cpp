@@ -29,6 +29,11 @@ std::string Program::config_text() const {
     return config;
 }
 
+bool Program::has_default(const std::string& flag) const {
+    const auto declared = std::ranges::find(declared_, flag.substr(2), &Declared::key);
+    return declared->text() == declared->default_text;
+}
+
 std::string Program::toml_value(const Declared& declared) {
     const std::string text = declared.text();
     switch (declared.kind) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <numeric>
 
 namespace ductile::mpm {
 
@@ -23,6 +24,39 @@ double Monitor::energy(const Observation& seen) const {
     return (options_.inertia ? e.kinetic : 0.0) + e.internal;
 }
 
+/// Sum of m_p b_p . v_p [W], of a metre of thickness or a radian.
+double Monitor::body_force_power(const State& state) const {
+    const Particles& p = state.particles;
+    double power = 0.0;
+    for (std::size_t i = 0; scene_.body_force && i < p.size(); ++i) {
+        const auto b = scene_.body_force(p.id[i], p.x[i], p.y[i], state.time);
+        power += p.mass[i] * (b[0] * p.velocity_x[i] + b[1] * p.velocity_y[i]);
+    }
+    return power;
+}
+
+void Monitor::watch_contact(const Observation& seen, Tally& tally) const {
+    for (std::size_t b = 0; b < seen.contact_forces.size(); ++b) {
+        const RigidBody& body = seen.state.rigid_bodies[b];
+        const auto& force = seen.contact_forces[b];
+        std::vector<double>& last = tally["contact_force_N"];
+        double& largest = tally["largest_contact_force_N"][b];
+        const double fx = last[2 * b], fy = last[2 * b + 1];
+        if (force[0] == 0.0 && force[1] == 0.0 && (fx != 0.0 || fy != 0.0)) {
+            const auto mean = [](const auto& values) {
+                return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+            };
+            const double to_x = mean(seen.state.particles.x) - mean(body.x), to_y = mean(seen.state.particles.y) - mean(body.y);
+            const double pull = (fx * to_x + fy * to_y) / std::hypot(to_x, to_y);
+            if (double& lost = tally["lost_pull_N"][b]; pull > std::max(lost, 0.1 * largest))
+                lost = pull;
+        }
+        largest = std::max(largest, std::hypot(force[0], force[1]));
+        last[2 * b] = force[0];
+        last[2 * b + 1] = force[1];
+    }
+}
+
 void Monitor::observe(const Observation& seen, double smallest_determinant, Tally& tally) const {
     const State& state = seen.state;
     const bool start = tally.find("work_J") == tally.end();
@@ -30,6 +64,11 @@ void Monitor::observe(const Observation& seen, double smallest_determinant, Tall
         const Connectivity c = connectivity_of(scene_.grid, state.particles);
         tally["energy_at_start_J"] = {energy(seen)};
         tally["work_J"] = {0.0, 0.0}; // and the sum of its magnitudes
+        tally["body_force_power_W"] = {body_force_power(state)};
+        const std::size_t bodies = state.rigid_bodies.size();
+        tally["contact_force_N"].assign(2 * bodies, 0.0);
+        tally["largest_contact_force_N"].assign(bodies, 0.0);
+        tally["lost_pull_N"].assign(bodies, 0.0);
         tally["smallest_determinant"] = {1.0};
         tally["pieces"] = {static_cast<double>(c.parts), static_cast<double>(c.parts)}; // at the start, and most
         tally["holes"] = {static_cast<double>(c.holes), static_cast<double>(c.holes)};
@@ -37,12 +76,19 @@ void Monitor::observe(const Observation& seen, double smallest_determinant, Tall
         return;
     }
     std::vector<double>& work = tally["work_J"];
+    const auto add_work = [&](double done) {
+        work[0] += done;
+        work[1] += std::abs(done);
+    };
+    double& power = tally["body_force_power_W"].front();
+    const double power_now = body_force_power(state);
+    add_work(seen.dt * (options_.inertia ? 0.5 * (power + power_now) : power_now)); // without inertia a step has one velocity
+    power = power_now;
+    watch_contact(seen, tally);
     for (std::size_t b = 0; b < seen.contact_forces.size(); ++b) {
         const RigidBody& body = state.rigid_bodies[b];
         const auto& force = seen.contact_forces[b];
-        const double done = -seen.dt * (force[0] * body.velocity_x + force[1] * body.velocity_y);
-        work[0] += done;
-        work[1] += std::abs(done);
+        add_work(-seen.dt * (force[0] * body.velocity_x + force[1] * body.velocity_y));
     }
     double& smallest = tally["smallest_determinant"].front();
     smallest = std::min(smallest, smallest_determinant);
@@ -60,7 +106,7 @@ void Monitor::conclude(const Observation& seen, const Tally& tally, io::RunSumma
     const double before = tally.at("energy_at_start_J")[0], now = energy(seen);
     const std::vector<double>& work = tally.at("work_J");
     const double gained = now - before - work[0], scale = std::max(before, work[1]);
-    if (!scene_.body_force && gained > 0.1 * scale)
+    if (gained > 0.1 * scale)
         warn(fmt::format(
             "the particles have {:.3g} J more than they had and than the work done on them, {:.3g} times as much: the "
             "steps are too long for the method; take shorter ones, or an implicit method",
@@ -75,6 +121,12 @@ void Monitor::conclude(const Observation& seen, const Tally& tally, io::RunSumma
                          "with {:g} hole{} at the start, came to {:g} and {:g}; that is numerical fracture and not the "
                          "material's: use more particles a cell, or larger cells",
                          pieces[0], pieces[0] == 1.0 ? "" : "s", holes[0], holes[0] == 1.0 ? "" : "s", pieces[1], holes[1]));
+    for (std::size_t b = 0; b < seen.state.rigid_bodies.size(); ++b)
+        if (const double lost = tally.at("lost_pull_N")[b]; lost > 0.0)
+            warn(fmt::format("the rigid body '{}' let go of the particles while it pulled them with {:.3g} N: between them are "
+                             "empty cells; that is numerical fracture and not the material's: use more particles a cell, or "
+                             "larger cells",
+                             seen.state.rigid_bodies[b].name, lost));
     if (const double most = tally.at("enclosed_empty_cells")[0]; most > 0.0)
         summary.extra["most_enclosed_empty_cells"] = most;
     const PressureOscillation oscillation = pressure_oscillation(scene_.grid, seen.state.particles);

@@ -1,4 +1,5 @@
 #include <ductile/base/error.hpp>
+#include <ductile/io/output_times.hpp>
 #include <ductile/mpm/options.hpp>
 #include <ductile/mpm/shape_functions.hpp>
 
@@ -288,6 +289,9 @@ int run_program(const io::Program& program, const Options& options, const Proble
     const std::vector<std::string> known = step_warnings(options, problem.scene, state, control.options().target);
     program.say(describe(options, problem.scene, state, control, *stepper));
     std::vector<std::string> warnings = known;
+    if (!program.has_default("--snapshots"))
+        for (const std::string& missing : io::missing_snapshots(options.duration, options.snapshots))
+            warnings.push_back(missing);
     for (MaterialNumbers numbers : material_numbers(problem.scene, problem.start.particles, problem.start.rigid_bodies)) {
         if (options.method == Method::quasi_static)
             numbers.speed = 0.0; // nothing has inertia

@@ -16,7 +16,7 @@ namespace ductile::mpm {
 struct LastStep {
     double dt = 0.0; ///< [s]
     StepOutcome outcome = {};
-    std::vector<std::array<double, 2>> contact_forces; ///< see Observation
+    std::vector<std::array<double, 2>> contact_forces = {}; ///< see Observation
 };
 
 /// Everything a run writes, in SI: snapshots, history, progress line, checkpoints.

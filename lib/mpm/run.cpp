@@ -1,6 +1,7 @@
 #include <ductile/base/error.hpp>
 #include <ductile/base/timer.hpp>
 #include <ductile/io/interrupt.hpp>
+#include <ductile/io/output_times.hpp>
 #include <ductile/mpm/contact_force.hpp>
 #include <ductile/mpm/recorder.hpp>
 #include <ductile/mpm/run.hpp>
@@ -9,45 +10,11 @@
 #include <array>
 #include <cmath>
 #include <fmt/format.h>
-#include <functional>
 #include <string_view>
 
 namespace ductile::mpm {
 
 namespace {
-
-/// The times at which a step ends and something is written. Times that differ by round-off are one.
-class Schedule {
-public:
-    explicit Schedule(const RunOptions& options) : end_(options.duration_s) {
-        for (const double time : options.snapshots_s)
-            if (const double t = same(time, end_) ? end_ : time; t <= end_)
-                snapshots_.push_back(t);
-        std::sort(snapshots_.begin(), snapshots_.end(), std::greater<>());
-        const auto last = std::unique(snapshots_.begin(), snapshots_.end(), [this](double a, double b) { return same(a, b); });
-        snapshots_.erase(last, snapshots_.end());
-    }
-
-    [[nodiscard]] bool has_snapshot(double time) const {
-        return std::find(snapshots_.begin(), snapshots_.end(), time) != snapshots_.end();
-    }
-    /// The last first.
-    [[nodiscard]] std::vector<double> after(double time) const {
-        std::vector<double> times;
-        if (time < end_ && !has_snapshot(end_))
-            times.push_back(end_);
-        for (const double t : snapshots_)
-            if (t > time)
-                times.push_back(t);
-        return times;
-    }
-
-private:
-    [[nodiscard]] bool same(double a, double b) const { return std::abs(a - b) <= 1e-12 * end_; }
-
-    double end_;
-    std::vector<double> snapshots_; // the last first
-};
 
 /// Of the particles on each rigid body at the start.
 std::vector<std::array<double, 2>> contact_forces_at_start(const Problem& problem) {
@@ -80,8 +47,8 @@ io::RunStatus run(const Problem& problem, State& state, TimeStepper& stepper, St
                             "speed of {:.3g} m/s or the duration of {:.3g} s is out of all proportion",
                             body.name, cells, speed, options.duration_s));
     }
-    const Schedule schedule(options);
-    std::vector<double> output_times = schedule.after(state.time);
+    const io::OutputTimes times(options.duration_s, options.snapshots_s);
+    std::vector<double> output_times = times.after(state.time);
     std::int64_t failures[5] = {}; // by StepFailure
     std::int64_t steps_cut_by_rigid_travel = 0, steps_ended_at_contact = 0, steps_with_many_newton_iterations = 0;
     const auto counters = [&] {
@@ -132,7 +99,7 @@ io::RunStatus run(const Problem& problem, State& state, TimeStepper& stepper, St
         if (folder.continued() && recorder.lacks_snapshot(state.time))
             recorder.snapshot(state);
     } else {
-        if (schedule.has_snapshot(state.time))
+        if (times.is_snapshot(state.time))
             recorder.snapshot(state);
         recorder.row(state, last);
     }
@@ -212,7 +179,7 @@ io::RunStatus run(const Problem& problem, State& state, TimeStepper& stepper, St
                 recorder.row(state, last);
             recorder.progress(state, step);
             if (step.lands) {
-                if (schedule.has_snapshot(state.time))
+                if (times.is_snapshot(state.time))
                     recorder.snapshot(state);
                 output_times.pop_back();
             }

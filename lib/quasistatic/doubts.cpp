@@ -87,10 +87,6 @@ std::vector<std::string> doubts(const Options& o, const Scene& scene, const Cell
                         "from wall to wall (at {:.4g} kg/m^3): inertia, which is left out here, counts; lower the "
                         "velocity of the walls",
                         wall, to_yield, to_yield / passage, passage, assumed_density()));
-    const double last = o.snapshots.empty() ? 0.0 : *std::ranges::max_element(o.snapshots);
-    if (last > o.duration && o.snapshots != Options{}.snapshots)
-        found.push_back(fmt::format(
-            "the snapshot at {:g} s lies beyond the end at {:g} s and will be missing: lengthen --duration", last, o.duration));
     return found;
 }
 

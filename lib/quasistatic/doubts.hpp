@@ -13,8 +13,7 @@ void check_meaning(const Options& options, const Scene& scene);
 
 /// Warnings, each a sentence with a figure, known before the first step: what the material has that no solid has; cells more than
 /// ten times as long as high, or the other way round; an effective temperature that starts below that of the bath, or a bath
-/// above the steady one; walls that load to yield in less than ten passages of shear waves from wall to wall; snapshots beyond
-/// the end.
+/// above the steady one; walls that load to yield in less than ten passages of shear waves from wall to wall.
 [[nodiscard]] std::vector<std::string> doubts(const Options& options, const Scene& scene, const CellState& start);
 
 } // namespace ductile::quasistatic

@@ -1,6 +1,7 @@
 #include <ductile/base/error.hpp>
 #include <ductile/base/timer.hpp>
 #include <ductile/io/interrupt.hpp>
+#include <ductile/io/output_times.hpp>
 #include <ductile/quasistatic/accuracy_watch.hpp>
 #include <ductile/quasistatic/recorder.hpp>
 #include <ductile/quasistatic/run.hpp>
@@ -14,21 +15,9 @@ io::RunStatus run(const Scene& scene, TimeStepper& stepper, StepControl& control
                   const io::Program& program, const io::OutputFolder& folder, const io::CheckpointReader* checkpoint,
                   io::RunSummary& summary) {
     const double unit = scene.units.time;
-    const double end = options.duration_s / unit;
-    const double start = stepper.state().time;
-
-    std::vector<double> targets; // output times still to come, then the end
-    for (const double time : options.snapshots_s)
-        if (time / unit > start && time / unit <= end)
-            targets.push_back(time / unit);
-    std::sort(targets.begin(), targets.end());
-    targets.erase(std::unique(targets.begin(), targets.end()), targets.end());
-    const std::vector<double> snapshot_times = targets;
-    const auto asked_s = [&](double time) { // without the round-off of units
-        return *std::ranges::find_if(options.snapshots_s, [&](double asked) { return asked / unit == time; });
-    };
-    if (start < end && (targets.empty() || targets.back() < end))
-        targets.push_back(end);
+    const double start_s = stepper.state().time * unit;
+    const io::OutputTimes times(options.duration_s, options.snapshots_s);
+    std::vector<double> output_times = times.after(start_s); // in s: natural units add round-off
 
     std::int64_t rejected_steps = 0, relaxation_steps = 0;
     LastStep last;
@@ -53,14 +42,14 @@ io::RunStatus run(const Scene& scene, TimeStepper& stepper, StepControl& control
     };
 
     Timer wall, since_checkpoint;
-    Recorder recorder(scene, options, program, folder, checkpoint, start * unit);
+    Recorder recorder(scene, options, program, folder, checkpoint, start_s);
     for (const std::string& warning : recorder.warnings())
         summary.warnings.push_back(warning);
-    if (checkpoint && folder.continued() && recorder.lacks_snapshot(start * unit))
-        recorder.snapshot(stepper.state(), start * unit);
+    if (checkpoint && folder.continued() && recorder.lacks_snapshot(start_s))
+        recorder.snapshot(stepper.state(), start_s);
     if (!checkpoint) {
         control.start(stepper.time_scale());
-        if (std::find(options.snapshots_s.begin(), options.snapshots_s.end(), 0.0) != options.snapshots_s.end())
+        if (times.is_snapshot(0.0))
             recorder.snapshot(stepper.state(), 0.0);
         recorder.row(stepper.state(), last);
     }
@@ -86,9 +75,9 @@ io::RunStatus run(const Scene& scene, TimeStepper& stepper, StepControl& control
         std::ranges::move(watch.warnings(), std::back_inserter(summary.warnings));
     };
 
-    std::size_t target = 0;
+    const bool at_end = output_times.empty();
     try {
-        while (target < targets.size()) {
+        while (!output_times.empty()) {
             if (io::interrupted()) {
                 recorder.checkpoint(stepper, control, watch, counters(), last);
                 recorder.finish();
@@ -96,7 +85,8 @@ io::RunStatus run(const Scene& scene, TimeStepper& stepper, StepControl& control
                 return io::RunStatus::interrupted;
             }
             const double knot = scene.walls.next_knot(stepper.state().time);
-            const double goal = std::min(targets[target], knot);
+            const double output_time = output_times.back() / unit;
+            const double goal = std::min(output_time, knot);
             const double now = stepper.state().time;
             const StepControl::Step planned = control.next(now, goal);
             const StepControl::Step step = StepControl::shortened(planned, now, stepper.limit_step(planned.dt));
@@ -123,12 +113,12 @@ io::RunStatus run(const Scene& scene, TimeStepper& stepper, StepControl& control
             Timer output;
             if (stepper.state().step % options.history_every == 0)
                 recorder.row(stepper.state(), last);
-            watch.observe(stepper.state(), target + 1 == targets.size() && step.lands);
+            watch.observe(stepper.state(), output_times.size() == 1 && step.lands);
             recorder.progress(stepper.state(), step);
-            if (step.lands && goal == targets[target]) {
-                if (std::binary_search(snapshot_times.begin(), snapshot_times.end(), goal))
-                    recorder.snapshot(stepper.state(), asked_s(goal));
-                ++target;
+            if (step.lands && goal == output_time) {
+                if (times.is_snapshot(output_times.back()))
+                    recorder.snapshot(stepper.state(), output_times.back());
+                output_times.pop_back();
             }
             if (since_checkpoint.seconds() > program.common().checkpoint_every_s) {
                 recorder.checkpoint(stepper, control, watch, counters(), last);
@@ -136,7 +126,7 @@ io::RunStatus run(const Scene& scene, TimeStepper& stepper, StepControl& control
             }
             output_seconds += output.seconds();
         }
-        if (!targets.empty())
+        if (!at_end)
             recorder.checkpoint(stepper, control, watch, counters(), last);
         // after the checkpoint: a longer run that goes on from there will not have it
         recorder.last_row(stepper.state(), last);

@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """What threads cost on a machine whose processors are busy: each program on one and two threads beside loops that keep every
 processor busy, and beside none. The table gives the best and the median of paired repetitions, which take a minute or two.
 

@@ -1,0 +1,44 @@
+#include <ductile/io/output_times.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <functional>
+
+namespace ductile::io {
+
+namespace {
+bool equal(double a, double b, double end_s) { return std::abs(a - b) <= 1e-12 * end_s; }
+} // namespace
+
+OutputTimes::OutputTimes(double end_s, std::span<const double> snapshots_s) : end_s_(end_s) {
+    for (const double time : snapshots_s)
+        if (const double t = same(time, end_s) ? end_s : time; t <= end_s)
+            snapshots_s_.push_back(t);
+    std::ranges::sort(snapshots_s_, std::greater<>());
+    const auto repeated = std::ranges::unique(snapshots_s_, [this](double a, double b) { return same(a, b); });
+    snapshots_s_.erase(repeated.begin(), repeated.end());
+}
+
+bool OutputTimes::same(double a, double b) const { return equal(a, b, end_s_); }
+
+bool OutputTimes::is_snapshot(double time_s) const { return std::ranges::find(snapshots_s_, time_s) != snapshots_s_.end(); }
+
+std::vector<double> OutputTimes::after(double time_s) const {
+    std::vector<double> times;
+    if (!is_snapshot(end_s_))
+        times.push_back(end_s_);
+    times.insert(times.end(), snapshots_s_.begin(), snapshots_s_.end());
+    std::erase_if(times, [&](double t) { return t < time_s || same(t, time_s); });
+    return times;
+}
+
+std::vector<std::string> missing_snapshots(double end_s, std::span<const double> snapshots_s) {
+    const double last = snapshots_s.empty() ? 0.0 : *std::ranges::max_element(snapshots_s);
+    if (last <= end_s || equal(last, end_s, end_s))
+        return {};
+    return {fmt::format("the snapshot at {:g} s lies beyond the end at {:g} s and will be missing: lengthen --duration", last,
+                        end_s)};
+}
+
+} // namespace ductile::io
