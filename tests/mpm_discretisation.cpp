@@ -4,6 +4,7 @@
 
 #include <ductile/mpm/explicit_step.hpp>
 #include <ductile/mpm/shape_functions.hpp>
+#include <ductile/mpm/time_stepper.hpp>
 #include <ductile/mpm/transfer.hpp>
 
 #include <algorithm>
@@ -763,6 +764,45 @@ TEST_CASE("a particle that leaves the grid and a node that runs away end the ste
     CHECK(contains(message, "would leave the background grid, which extends from ("));
     CHECK(b.state.particles.y == last.y);
     CHECK(*std::max_element(last.y.begin(), last.y.end()) < b.scene.grid.bottom + b.scene.grid.height);
+}
+
+TEST_CASE(
+    "explicit steps up to the limit are stable with every shape function, a body filling the grid; twice as long they are not") {
+    for (const ShapeFunction shape : {ShapeFunction::linear, ShapeFunction::gimp, ShapeFunction::bspline})
+        for (const int particles_per_side : {1, 2, 3})
+            for (const bool narrow : {false, true}) {
+                CAPTURE(static_cast<int>(shape));
+                CAPTURE(particles_per_side);
+                CAPTURE(narrow);
+                const double width = narrow ? 0.2 : 0.8;
+                const Scene scene{
+                    .grid = {8, 8, width, 0.8, 0.0, 0.0, {}}, .shape = shape, .materials = {{LinearElastic(rubber)}}};
+                const auto growth = [&](Form form, double fraction) {
+                    State state;
+                    add_body(
+                        state.particles,
+                        {.shape = rectangle(0.0, 0.0, width, 0.8), .density = 10.0, .particles_per_side = particles_per_side},
+                        scene.grid, scene.geometry);
+                    std::mt19937 engine(1);
+                    std::uniform_real_distribution<double> uniform(-1e-6, 1e-6);
+                    for (std::size_t p = 0; p < state.particles.size(); ++p) {
+                        state.particles.velocity_x[p] = uniform(engine);
+                        state.particles.velocity_y[p] = uniform(engine);
+                    }
+                    const auto energy = [&] {
+                        const Energies e = energies_of(scene, state.particles);
+                        return e.kinetic + e.strain;
+                    };
+                    const double start = energy(), dt = fraction * stability_limit(scene, state.particles);
+                    const auto stepper = make_explicit_stepper(scene, form);
+                    for (int step = 0; step < 300 && energy() < 1e6 * start; ++step)
+                        REQUIRE(stepper->attempt(state, dt).accepted);
+                    return energy() / start;
+                };
+                CHECK(growth(Form::momentum, 0.98) < 10.0);
+                CHECK(growth(Form::velocity, 0.98 * std::sqrt(0.5)) < 10.0);
+                CHECK(growth(Form::velocity, 1.2) > 10.0);
+            }
 }
 
 TEST_SUITE_END();

@@ -104,7 +104,8 @@ void ExplicitStep::check_forecast(const State& state, const NodalMotion& motion)
 }
 
 double stability_limit(const Scene& scene, const Particles& particles) {
-    return 1.0 / (fastest_wave(scene, particles) * std::hypot(1.0 / scene.grid.dx(), 1.0 / scene.grid.dy()));
+    const double k = scene.shape == ShapeFunction::bspline ? 5.4 : 4.0;
+    return 2.0 / std::sqrt(k) / (fastest_wave(scene, particles) * std::hypot(1.0 / scene.grid.dx(), 1.0 / scene.grid.dy()));
 }
 
 double explicit_step_size(const Scene& scene, const Particles& particles, double safety) {

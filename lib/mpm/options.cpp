@@ -190,16 +190,18 @@ std::vector<std::string> step_warnings(const Options& o, const Scene& scene, con
     if (!is_explicit && !(o.method == Method::implicit && o.mu < 0.5))
         return {};
     const double weight = is_explicit ? 0.0 : o.mu;
-    const double limit = stability_limit(scene, state.particles) / std::sqrt(1.0 - 2.0 * weight);
+    const double form = form_of(o) == Form::velocity ? 0.5 : 1.0;
+    const double limit = stability_limit(scene, state.particles) * std::sqrt(form / (1.0 - 2.0 * weight));
     if (!(dt > limit))
         return {};
-    return {is_explicit
-                ? fmt::format("--dt is {:.4g} s, {:.3g} times the {:.4g} s up to which --method explicit is stable for sure: "
-                              "the energy may grow without bound; choose --dt auto or a smaller number",
-                              dt, dt / limit, limit)
-                : fmt::format("--dt is {:.4g} s, {:.3g} times the {:.4g} s up to which --mu {:g} is stable for sure: the energy "
-                              "may grow without bound; choose a smaller --dt, or --mu 0.5 or more, stable for any step",
-                              dt, dt / limit, limit, o.mu)};
+    return {is_explicit ? fmt::format("--dt is {:.4g} s, {:.3g} times the {:.4g} s up to which --method explicit is stable in "
+                                      "cells full of particles: "
+                                      "the energy may grow without bound; choose --dt auto or a smaller number",
+                                      dt, dt / limit, limit)
+                        : fmt::format("--dt is {:.4g} s, {:.3g} times the {:.4g} s up to which --mu {:g} is stable in cells full "
+                                      "of particles: the energy "
+                                      "may grow without bound; choose a smaller --dt, or --mu 0.5 or more, stable for any step",
+                                      dt, dt / limit, limit, o.mu)};
 }
 
 std::unique_ptr<TimeStepper> make_time_stepper(const Options& o, const Scene& scene, const State& start) {

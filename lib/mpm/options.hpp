@@ -60,10 +60,14 @@ void declare(io::Program& program, Options& options);
 /// are whole, and at least so many.
 [[nodiscard]] int cells_along(double length, const Options& options, const std::string& what, int at_least = 1);
 
-/// What is doubtful about steps of dt seconds in this state: beyond what keeps the method stable. Explicit steps:
-/// stability_limit() = 2/w. The implicit method with the weight mu below 1/2 and strain from v^L has, with z = (w dt)^2, an
-/// amplification matrix of trace 1 + (1 - z)/(1 + mu z) and determinant 1/(1 + mu z): stable where |trace| <= 1 + determinant,
-/// for w dt <= 2/sqrt(1 - 2 mu).
+/// What is doubtful about steps of dt seconds in this state: beyond what keeps the method stable, with the largest frequency
+/// w = 2/stability_limit() of the lumped mass M. A mode moves, with g = f dt/M, z = (w dt)^2 and a = 1/(1 + mu z), by
+///   v^L = a (v + g),  g <- g - z v^L,  v <- v + m (v^L - v),
+/// where m in (0, 1] is the share of consistent to lumped mass, since particles take the nodes' change and hand it back. Its
+/// matrix has trace 2 - z a - m + m a and determinant 1 - m + m a - z a (1 - m), and |trace| <= 1 + determinant asks for
+/// z <= 4/((2 - m)(1 - 2 mu)): in the worst case, m -> 0 with one particle a cell, for w dt <= sqrt(2/(1 - 2 mu)). In the
+/// momentum form strain follows from the v handed back, which makes it z <= 4/(m (1 - 2 mu)): w dt <= 2/sqrt(1 - 2 mu) always
+/// suffices. Explicit steps are mu = 0.
 [[nodiscard]] std::vector<std::string> step_warnings(const Options& options, const Scene& scene, const State& state, double dt);
 
 /// The integrator that the options ask for. Throws InputError for combinations that cannot work.
