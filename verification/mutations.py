@@ -76,7 +76,7 @@ MUTATIONS = (
       "Pack(dt) * (correction + wall)", "Pack(dt) * correction", ("projection", "quasistatic")),
     M("extrapolated: the middle of the step on the other side", STATIC + "projection_stepper.cpp",
       "Term{&state_.cells, 1.0 + half}, Term{&past_->cells, -half}", "Term{&state_.cells, 1.0 - half}, Term{&past_->cells, half}", ("quasistatic",)),
-    M("predictor: elastic cells judged by the start alone", STATIC + "predictor.cpp",
+    M("predictor: elastic cells judged by the start alone", STATIC + "predictor_sweep.hpp",
       "maximum(deviatoric_square(y), deviatoric_square(end))", "deviatoric_square(y)", ("predictor",)),
     # --- quasi-static: integrators and controllers
     M("bogacki-shampine: error estimate / 10", STATIC + "runge_kutta.cpp",
