@@ -400,6 +400,21 @@ TEST_CASE("a checkpoint that does not fit is refused") {
     CHECK(contains(run("plastic_bar", {"--restart", checkpoint}).errors, "written by elastic_bar"));
 }
 
+TEST_CASE("a run that no machine ends is refused") {
+    const scratch::Folder folder;
+    for (const Arguments& how : {Arguments{"--dt", "1e-300"},
+                                 {"--dt", "1e-9"},
+                                 {"--dt-start", "1e-9", "--step-growth", "1"},
+                                 {"--dt-start", "1e-300", "--step-growth", "1.0000001"},
+                                 {"--method", "explicit", "--safety", "1e-30"},
+                                 {"--method", "explicit", "--young-modulus", "1e30"}}) {
+        const Outcome outcome = run("elastic_bar", how + Arguments{"--output", folder / "run"});
+        CAPTURE(outcome.errors);
+        CHECK(outcome.status == 2);
+        CHECK(contains(outcome.errors, "steps, which no machine ends"));
+    }
+}
+
 TEST_CASE("a restart of a restart gives the bits of the uninterrupted run, for every program") {
     const auto compare = [](const std::string& program, const std::vector<std::string>& durations, const Arguments& how,
                             const std::string& snapshots = "") {

@@ -56,6 +56,9 @@ TEST_CASE("a slip of units in one number is said with that number") {
     CHECK(contains(doubt_of([](auto& m) { m.yield_stress = 850.0; }), "yield stress of 850 Pa, 4.25e-09 times"));
     CHECK(contains(doubt_of([](auto& m) { m.yield_stress = 21e9; }), "0.105 times Young's modulus 2e+11 Pa"));
     CHECK(contains(doubt_of([](auto& m) { m.speed = 600.0; }), "a speed of 600 m/s, 0.118 times"));
+    CHECK(contains(doubt_of([](auto& m) { m.hardening = 3e14; }), "a hardening modulus of 3e+14 Pa, 1.5e+03 times"));
+    CHECK(contains(doubt_of([](auto& m) { m.heat_capacity = 0.46; }), "a heat capacity of 0.46 J/(kg K)")); // kJ
+    CHECK(contains(doubt_of([](auto& m) { m.heat_capacity = 460e3; }), "a heat capacity of 4.6e+05 J/(kg K)"));
     // 200 instead of 200e9 shows in everything that is measured by it
     MaterialNumbers soft = steel;
     soft.young_modulus = 200.0;

@@ -59,7 +59,8 @@ MaterialNumbers numbers_of(const MaterialOptions& o) {
     const double lambda = o.elasticity.beta(), mu = o.elasticity.shear_modulus;
     return {.young_modulus = young_modulus(o.elasticity),
             .poisson_ratio = 0.5 * lambda / (lambda + mu),
-            .yield_stress = o.yield_stress};
+            .yield_stress = o.yield_stress,
+            .hardening = o.plasticity == PlasticityChoice::perzyna ? o.perzyna.hardening_modulus : 0.0};
 }
 
 std::string describe(const MaterialOptions& o) {

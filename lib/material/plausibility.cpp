@@ -53,6 +53,13 @@ std::vector<std::string> doubts(const MaterialNumbers& m) {
           fmt::format("a yield stress of {:.4g} Pa, {:.3g} times Young's modulus {:.4g} Pa, and solids have 1e-6 to 0.1 times: "
                       "check the units of both",
                       m.yield_stress, strain, E));
+    doubt(m.hardening > 100.0 * E,
+          fmt::format("a hardening modulus of {:.4g} Pa, {:.3g} times Young's modulus {:.4g} Pa, which is "
+                      "not to yield at all: check the units of both",
+                      m.hardening, m.hardening / E, E));
+    doubt(m.heat_capacity > 0.0 && !(m.heat_capacity >= 20.0 && m.heat_capacity <= 20e3),
+          fmt::format("a heat capacity of {:.4g} J/(kg K), and solids have 20 to 20000 above the cold: check its unit",
+                      m.heat_capacity));
     const double mach = rho > 0.0 ? m.speed / std::sqrt(E / rho) : 0.0;
     doubt(mach > 0.1,
           fmt::format("to bear a speed of {:.4g} m/s, {:.3g} times its wave speed sqrt(E/rho), and above 0.1 the strain at an "

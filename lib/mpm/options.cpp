@@ -234,6 +234,14 @@ StepControl make_step_control(const Options& o, const Scene& scene, const State&
     const double first = number_or_auto(o.dt_start, "--dt-start", target);
     if (first > target)
         throw InputError(fmt::format("--dt-start {}: the first step must not be longer than --dt, {} s", o.dt_start, target));
+    const double time = o.duration - start.time;
+    const double ramp = first < target ? std::min(time / first, std::log(target / first) / std::log(o.step_growth)) : 0.0;
+    if (const double steps = std::max(time / target, ramp); !(steps < 1e9))
+        throw InputError(
+            fmt::format("the run to {:g} s with --dt {:g} s, from --dt-start {:g} s on, would take {:.3g} steps, which no "
+                        "machine ends: take longer ones (for --dt auto another --safety or material), or a shorter "
+                        "--duration",
+                        o.duration, target, first, steps));
     return StepControl({.target = target,
                         .first = first,
                         .growth = o.step_growth,

@@ -44,6 +44,7 @@ std::vector<MaterialNumbers> material_numbers(const Scene& scene, const Particle
     std::vector<MaterialNumbers> all;
     for (std::size_t m = 0; m < scene.materials.size(); ++m) {
         MaterialNumbers numbers{.name = scene.materials.size() > 1 ? fmt::format("material {}", m) : "the material",
+                                .heat_capacity = scene.materials[m].heat_capacity,
                                 .speed = rigid_speed};
         double internal = 0.0;
         bool used = false;
@@ -61,8 +62,10 @@ std::vector<MaterialNumbers> material_numbers(const Scene& scene, const Particle
                 const IsotropicElasticity& e = law.elasticity();
                 numbers.young_modulus = young_modulus(e);
                 numbers.poisson_ratio = 0.5 * e.beta() / (e.beta() + e.shear_modulus);
-                if constexpr (requires { law.yield_stress(internal); })
+                if constexpr (requires { law.yield_stress(internal); }) {
                     numbers.yield_stress = law.yield_stress(internal);
+                    numbers.hardening = (law.yield_stress(internal + 1e-3) - numbers.yield_stress) / 1e-3;
+                }
             },
             scene.materials[m].law);
         all.push_back(numbers);
