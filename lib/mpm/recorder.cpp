@@ -72,8 +72,7 @@ Recorder::Recorder(const Problem& problem, const RunOptions& options, const io::
                   {"cells_x", problem.scene.grid.cells_x},
                   {"cells_y", problem.scene.grid.cells_y}}),
       history_(folder.history(), history_columns(problem), checkpoint ? std::optional(checkpoint->history()) : std::nullopt),
-      progress_({.duration_s = options.duration_s, .start_s = start_s, .quiet = program.common().quiet}),
-      row_step_(checkpoint ? checkpoint->counter("row_step") : -1) {}
+      progress_({.duration_s = options.duration_s, .start_s = start_s, .quiet = program.common().quiet}) {}
 
 bool Recorder::lacks_snapshot(double time_s) const { return io::lacks(snapshots_.times(), options_.snapshots_s, time_s); }
 
@@ -126,12 +125,6 @@ void Recorder::row(const State& state, const LastStep& last) {
     for (const Observable& observable : problem_.observables)
         row.push_back(observable.value(seen));
     history_.append(row);
-    row_step_ = state.step;
-}
-
-void Recorder::last_row(const State& state, const LastStep& last) {
-    if (row_step_ != state.step)
-        row(state, last);
 }
 
 void Recorder::progress(const State& state, const StepControl::Step& step) {
@@ -144,7 +137,6 @@ void Recorder::checkpoint(const State& state, const StepControl& control, const 
     content.scalars = {{"time", state.time}, {"planned_dt", control.plan().next}, {"rest_of_step", control.plan().rest}};
     content.counters = counters;
     content.counters["step"] = state.step;
-    content.counters["row_step"] = row_step_;
     content.counters["shortened"] = static_cast<int>(control.plan().shortened);
     for (const auto& [name, array] : named_arrays(state.particles))
         content.vectors.emplace_back(fmt::format("particles/{}", name), *array);
@@ -179,14 +171,6 @@ void Recorder::finish() {
     progress_.finish();
     history_.finish();
     snapshots_.finish();
-}
-
-void Recorder::finish_quietly() noexcept {
-    try {
-        finish();
-    } catch (const Error&) {
-        // the failure that ended the run is the one to tell
-    }
 }
 
 LastStep read_last_step(const io::CheckpointReader& checkpoint, std::size_t rigid_bodies) {

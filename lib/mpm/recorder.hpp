@@ -28,8 +28,6 @@ public:
 
     void snapshot(const State& state);
     void row(const State& state, const LastStep& last);
-    /// The row of the end, unless it is there.
-    void last_row(const State& state, const LastStep& last);
     void progress(const State& state, const StepControl::Step& step);
     void checkpoint(const State& state, const StepControl& control, const Tally& tally,
                     const std::map<std::string, std::int64_t>& counters, const LastStep& last);
@@ -40,8 +38,6 @@ public:
     /// Whether the options ask for a snapshot at this time that is not in the file: a full disk may have come between.
     [[nodiscard]] bool lacks_snapshot(double time_s) const;
     void finish();
-    /// For a run that failed: what cannot be finished stays behind in its partial form.
-    void finish_quietly() noexcept;
 
 private:
     const Problem& problem_;
@@ -51,7 +47,6 @@ private:
     io::ParticleSnapshotWriter snapshots_;
     io::History history_;
     io::Progress progress_;
-    std::int64_t row_step_; // of the last row
 };
 
 /// That of the checkpoint's state. Throws InputError for forces on another number of rigid bodies.

@@ -72,8 +72,7 @@ Recorder::Recorder(const Scene& scene, const RunOptions& options, const io::Prog
                  checkpoint ? checkpoint->snapshots(folder, start_s * (1.0 + 1e-12)) : std::nullopt,
                  {{"time_unit_s", scene.units.time}, {"yield_stress_Pa", scene.units.stress}}),
       history_(folder.history(), history_columns(scene), checkpoint ? std::optional(checkpoint->history()) : std::nullopt),
-      progress_({.duration_s = options.duration_s, .start_s = start_s, .quiet = program.common().quiet}),
-      row_step_(checkpoint ? checkpoint->counter("row_step") : -1) {}
+      progress_({.duration_s = options.duration_s, .start_s = start_s, .quiet = program.common().quiet}) {}
 
 bool Recorder::lacks_snapshot(double time_s) const { return io::lacks(snapshots_.times(), options_.snapshots_s, time_s); }
 
@@ -117,12 +116,6 @@ void Recorder::row(const State& state, const LastStep& last) {
                      o.normal_traction * u.stress, o.mean_magnitude * u.stress, o.largest_magnitude * u.stress,
                      o.smallest_internal * internal, o.largest_internal * internal, o.plastic_fraction,
                      equilibrium_residual(scene_, state.cells, force_), last.measure});
-    row_step_ = state.step;
-}
-
-void Recorder::last_row(const State& state, const LastStep& last) {
-    if (row_step_ != state.step)
-        row(state, last);
 }
 
 void Recorder::progress(const State& state, const StepControl::Step& step) {
@@ -140,7 +133,6 @@ void Recorder::checkpoint(TimeStepper& stepper, StepControl& control, AccuracyWa
     content.counters = counters;
     content.counters.merge(identity(stepper, control));
     content.counters["step"] = state.step;
-    content.counters["row_step"] = row_step_;
     content.counters["cells_x"] = scene_.grid.cells_x;
     content.counters["cells_y"] = scene_.grid.cells_y;
     for (const auto& [name, field] : named_fields(state))
@@ -165,14 +157,6 @@ void Recorder::finish() {
     progress_.finish();
     history_.finish();
     snapshots_.finish();
-}
-
-void Recorder::finish_quietly() noexcept {
-    try {
-        finish();
-    } catch (const Error&) {
-        // the failure that ended the run is the one to tell
-    }
 }
 
 State read_state(const io::CheckpointReader& checkpoint, const Scene& scene) {

@@ -31,8 +31,6 @@ public:
     /// `time_s` is that of the state, as it was asked for.
     void snapshot(const State& state, double time_s);
     void row(const State& state, const LastStep& last);
-    /// The row of the end, unless it is there.
-    void last_row(const State& state, const LastStep& last);
     void progress(const State& state, const StepControl::Step& step);
     void checkpoint(TimeStepper& stepper, StepControl& control, AccuracyWatch& watch,
                     const std::map<std::string, std::int64_t>& counters, const LastStep& last);
@@ -43,8 +41,6 @@ public:
     /// Whether the options ask for a snapshot at this time that is not in the file: a full disk may have come between.
     [[nodiscard]] bool lacks_snapshot(double time_s) const;
     void finish();
-    /// For a run that failed: what cannot be finished stays behind in its partial form.
-    void finish_quietly() noexcept;
 
 private:
     const Scene& scene_;
@@ -55,7 +51,6 @@ private:
     io::SnapshotWriter snapshots_;
     io::History history_;
     io::Progress progress_;
-    std::int64_t row_step_; // of the last row
 };
 
 /// Restores what a checkpoint holds besides the state: what is known of the accuracy so far; step control and the stepper's
