@@ -169,6 +169,22 @@ TEST_SUITE("material") {
         }
     }
 
+    TEST_CASE("the slope of the flow is its derivative, for every law, and zero below yield") {
+        const auto check_model = [](const auto& model, double internal) {
+            CHECK(model.flow_slope(0.9, internal) == 0.0);
+            for (const double sbar : {1.3, 1.7, 2.5}) {
+                const double d = 1e-6;
+                const auto flow = [&](double stress) { return model.rates(stress, internal).fluidity * stress; };
+                const double slope = (flow(sbar + d) - flow(sbar - d)) / (2.0 * d);
+                CHECK(model.flow_slope(sbar, internal) == doctest::Approx(slope).epsilon(1e-7).scale(0.0));
+                CHECK(model.flow_slope(Pack(sbar), Pack(internal))[0] == doctest::Approx(slope).epsilon(1e-7).scale(0.0));
+            }
+        };
+        check_model(StzModel{StzParameters{}, Units{}}, 0.031);
+        for (const int exponent : {1, 2, 3, 7})
+            check_model(PerzynaModel{PerzynaParameters{.hardening_modulus = 1e8, .overstress_exponent = exponent}, Units{}}, 0.5);
+    }
+
     TEST_CASE("lanes below yield stay still beside lanes that flow") {
         const StzModel model{StzParameters{}, Units{}};
         const Pack numbers = Pack::counting_from(0.0);

@@ -167,6 +167,17 @@ MUTATIONS = (
       "low - g_low * (high - low) / (g_high - g_low)", "high - g_low * (high - low) / (g_high - g_low)", ("mpm_implicit",)),
     M("contact force with the other sign", POINTS + "contact_force.cpp",
       "sum[c % 2] += force[c] / nodes.prescribed[c];", "sum[c % 2] -= force[c] / nodes.prescribed[c];", ("mpm_reactions",)),
+    M("a rigid body's pull taken for a push", POINTS + "monitor.cpp",
+      "(fx * to_x + fy * to_y) / std::hypot(to_x, to_y)", "-(fx * to_x + fy * to_y) / std::hypot(to_x, to_y)", ("mpm_monitor",)),
+    M("work of the body force from the end of the step alone", POINTS + "monitor.cpp",
+      "0.5 * (power + power_now) : power_now", "power_now : power_now", ("mpm_monitor",)),
+    M("explicit steps of B-splines bounded as those of hat functions", POINTS + "explicit_step.cpp",
+      "? 5.4 : 4.0", "? 4.0 : 4.0", ("mpm_programs",)),
+    # --- the loop of a run
+    M("the row of the end twice", "lib/run/loop.cpp",
+      "if (row_step != simulation.step())", "if (row_step >= 0)", ("shear_band_program", "mpm_programs")),
+    M("output times that differ by round-off are two", "lib/io/output_times.cpp",
+      "return std::abs(a - b) <= 1e-12 * end_s;", "return a == b && end_s > 0.0;", ("output_times",)),
     # --- output
     M("snapshots are divided by their unit", "lib/io/hdf5.cpp",
       "*out++ = in[i] * how.scale + how.offset;", "*out++ = in[i] / how.scale + how.offset;", ("io", "io_run")),
