@@ -99,8 +99,8 @@ MUTATIONS = (
       "V(1.0 / 3.0) * k3[i])", "V(1.0 / 2.0) * k3[i])", ("rk21",)),
     M("rk21: exponent of the step size", "lib/ode/rk21.hpp",
       "square_root(square_root(error_square))", "square_root(error_square)", ("rk21",)),
-    M("walls: the mean over a jump takes the later side", STATIC + "walls.cpp",
-      "value = knot.time < to ? after(knot.time) : at_end;", "value = at_end;", ("quasistatic",)),
+    M("walls: after the last knot goes on what was at the start", STATIC + "walls.cpp",
+      "add_trapezoid(sum, value, value, to - time);", "add_trapezoid(sum, first, first, to - time);", ("quasistatic",)),
     # --- quasi-static: options and output
     M("wall_strain halved", STATIC + "recorder.cpp",
       "scene_.walls.displacement(state.time).u / (0.5 * scene_.grid.height)", "scene_.walls.displacement(state.time).u / scene_.grid.height", ("shear_band_program",)),

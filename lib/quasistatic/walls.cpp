@@ -75,7 +75,7 @@ WallVelocity WallHistory::mean(double from, double to) const {
         const WallVelocity at_end = knot.time <= to ? knot.velocity : interpolate({time, value}, knot, to);
         add_trapezoid(sum, value, at_end, end - time);
         time = end;
-        value = knot.time < to ? after(knot.time) : at_end;
+        value = at_end; // at a jump the second knot follows at once
     }
     if (time < to)
         add_trapezoid(sum, value, value, to - time);
