@@ -12,7 +12,6 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <csignal>
 #include <limits>
@@ -335,13 +334,6 @@ TEST_CASE("the progress line tells where a run stands") {
     CHECK(continued.line({.time_s = 4.0, .step = 12, .dt_s = 1e-3, .limit = "accuracy"}, 10.0) ==
           " 40.0 %  step 12  dt 0.001 s (accuracy)  elapsed 10.0 s  remaining 30.0 s");
     CHECK(contains(continued.line({.time_s = 2.0}, 0.0), "remaining -"));
-    Progress progress({.duration_s = 1.0});
-    constexpr int updates = 200'000;
-    const auto start = std::chrono::steady_clock::now();
-    for (int i = 0; i < updates; ++i)
-        progress.update({.time_s = 1e-9 * i, .step = i, .dt_s = 1e-9, .limit = "accuracy"});
-    const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
-    MESSAGE("nanoseconds an update: " << 1e9 * elapsed.count() / updates);
 }
 
 TEST_CASE("a signal is remembered until the handlers are installed again") {

@@ -766,6 +766,38 @@ TEST_CASE("a particle that leaves the grid and a node that runs away end the ste
     CHECK(*std::max_element(last.y.begin(), last.y.end()) < b.scene.grid.bottom + b.scene.grid.height);
 }
 
+TEST_CASE("GIMP averages the hat functions over the particle's width and height, each by its own cells") {
+    // of a hat of width 1 at 0, the integral from minus infinity
+    const auto area = [](double x) {
+        const double c = std::clamp(x, -1.0, 1.0);
+        return c < 0.0 ? 0.5 * (1.0 + c) * (1.0 + c) : 1.0 - 0.5 * (1.0 - c) * (1.0 - c);
+    };
+    const Scene scene{
+        .grid = {8, 6, 0.8, 1.5, 0.0, 0.0, {}}, .shape = ShapeFunction::gimp, .materials = {{LinearElastic(rubber)}}};
+    const double dx = 0.1, dy = 0.25;
+    for (const int particles_per_side : {1, 2, 3}) {
+        State state;
+        add_body(state.particles,
+                 {.shape = rectangle(0.3, 0.5, 0.5, 1.0), .density = 10.0, .particles_per_side = particles_per_side}, scene.grid,
+                 scene.geometry);
+        Particles& p = state.particles;
+        shake(p, 0.02);
+        const auto d = make_discretisation(scene);
+        d->prepare(p, {});
+        const auto average = [&](double place, double h, int node) {
+            const double half = 0.5 / particles_per_side, at = place / h - node;
+            return (area(at + half) - area(at - half)) / (2.0 * half);
+        };
+        for (std::size_t n = 0; n < d->nodes().count(); ++n) {
+            const int i = d->nodes().lattice[n] % 9, j = d->nodes().lattice[n] / 9;
+            double mass = 0.0;
+            for (std::size_t k = 0; k < p.size(); ++k)
+                mass += p.mass[k] * average(p.x[k], dx, i) * average(p.y[k], dy, j);
+            CHECK(d->nodes().mass[n] == doctest::Approx(mass).epsilon(1e-12).scale(p.mass[0]));
+        }
+    }
+}
+
 TEST_CASE(
     "explicit steps up to the limit are stable with every shape function, a body filling the grid; twice as long they are not") {
     for (const ShapeFunction shape : {ShapeFunction::linear, ShapeFunction::gimp, ShapeFunction::bspline})

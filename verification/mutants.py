@@ -79,8 +79,8 @@ class Copy:
             return "a test that does not end"
         if done.returncode == 0:
             return None
-        case = re.search(r"TEST CASE:\s+(.*)", done.stdout)
-        return case.group(1).strip() if case else f"the tests end with status {done.returncode}"
+        cases = re.findall(r"TEST CASE:\s+(.*)", done.stdout)  # the last is the one that ended the tests
+        return cases[-1].strip() if cases else f"the tests end with status {done.returncode}"
 
     def judge(self, mutation):
         file = self.root / mutation.file
