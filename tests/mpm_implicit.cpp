@@ -370,6 +370,21 @@ TEST_CASE("body forces of implicit steps are those at t + mu dt; quasi-static pa
         for (const double v : b.state.particles.velocity_y) // free flight: dt b(mu dt)
             CHECK(v == doctest::Approx(0.1 * 6.0 * mu * 0.1).epsilon(1e-6));
     }
+    // particles move by the mean velocity of a midpoint step, by the one at the end of the paper's
+    for (const auto& [method, share] : {std::pair{ImplicitMethod::midpoint, 0.5}, {ImplicitMethod::paper, 1.0}})
+        for (const Form form : {Form::velocity, Form::momentum}) {
+            Block b = block(ShapeFunction::linear);
+            b.scene.body_force = [](std::int64_t, double, double, double) { return std::array{0.0, 6.0}; };
+            std::fill(b.state.particles.velocity_y.begin(), b.state.particles.velocity_y.end(), 0.2);
+            const Particles before = b.state.particles;
+            const auto stepper = make_implicit_stepper(b.scene, {.scheme = {.method = method, .form = form}});
+            REQUIRE(stepper->attempt(b.state, 0.1).accepted);
+            for (std::size_t p = 0; p < before.size(); ++p) {
+                const auto q = static_cast<std::size_t>(b.state.particles.id[p]);
+                CHECK(b.state.particles.velocity_y[p] == doctest::Approx(0.2 + 0.6).epsilon(1e-6));
+                CHECK(b.state.particles.y[p] - before.y[q] == doctest::Approx(0.1 * (0.2 + share * 0.6)).epsilon(1e-6));
+            }
+        }
     Block b = press("elastic");
     for (std::size_t p = 0; p < b.state.particles.size(); ++p)
         b.state.particles.velocity_x[p] = p % 2 == 0 ? 0.3 : -0.3; // of no meaning without inertia
@@ -381,6 +396,15 @@ TEST_CASE("body forces of implicit steps are those at t + mu dt; quasi-static pa
         CHECK(b.state.particles.velocity_y[p] == doctest::Approx((b.state.particles.y[p] - before.y[q]) / 0.01).epsilon(1e-9));
         CHECK(std::abs(b.state.particles.velocity_x[p]) < 0.15);
     }
+}
+
+TEST_CASE("the paper's scale of the residual is E dx dy dt") {
+    Scene scene{.grid = {8, 6, 0.8, 1.5, 0.0, 0.0, {}}, .materials = {{LinearElastic(rubber)}}};
+    State state;
+    add_body(state.particles, {.shape = rectangle(0.3, 0.5, 0.5, 1.0), .density = 10.0}, scene.grid, scene.geometry);
+    MomentumBalance balance(scene, {});
+    balance.prepare(state, 0.04);
+    CHECK(balance.paper_scale() == doctest::Approx(1000.0 * 0.1 * 0.25 * 0.04).epsilon(1e-12));
 }
 
 TEST_CASE("the scale of the root mean square loosens the tolerance by the root of the number of unknowns") {
