@@ -60,7 +60,7 @@ public:
     };
 
     [[gnu::DUCTILE_ALWAYS_INLINE]] Pack() = default;
-    [[gnu::DUCTILE_ALWAYS_INLINE]] explicit Pack(double value) : a_(value), b_(value) {}
+    [[gnu::DUCTILE_ALWAYS_INLINE]] explicit Pack(double value) : a_(broadcast(value)), b_(a_) {}
     [[gnu::DUCTILE_ALWAYS_INLINE]] Pack(Register a, Register b) : a_(a), b_(b) {}
     /// The numbers first, first + 1, ...
     [[nodiscard, gnu::DUCTILE_ALWAYS_INLINE]] static Pack counting_from(double first) {
@@ -135,6 +135,11 @@ public:
     }
 
 private:
+    using Vector [[gnu::vector_size(sizeof(Register))]] = double;
+
+    /// The library's own goes through a function for each lane, and compilers stop inlining those in large kernels.
+    [[gnu::DUCTILE_ALWAYS_INLINE]] static Register broadcast(double value) { return std::bit_cast<Register>(value - Vector{}); }
+
     Register a_, b_;
 };
 
