@@ -16,8 +16,9 @@ OutputTimes::OutputTimes(double end_s, std::span<const double> snapshots_s) : en
         if (const double t = same(time, end_s) ? end_s : time; t <= end_s)
             snapshots_s_.push_back(t);
     std::ranges::sort(snapshots_s_, std::greater<>());
-    const auto repeated = std::ranges::unique(snapshots_s_, [this](double a, double b) { return same(a, b); });
-    snapshots_s_.erase(repeated.begin(), repeated.end());
+    const auto repeated =
+        std::unique(snapshots_s_.begin(), snapshots_s_.end(), [this](double a, double b) { return same(a, b); });
+    snapshots_s_.erase(repeated, snapshots_s_.end());
 }
 
 bool OutputTimes::same(double a, double b) const { return equal(a, b, end_s_); }

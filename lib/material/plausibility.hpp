@@ -25,8 +25,9 @@ struct MaterialNumbers {
 /// Warnings, each a sentence with a figure, about what no solid has: a slip of units, mostly. Bounds that solids are far from:
 /// - E above 2e12 Pa, and below 1e6 Pa at a density above 2000 kg/m^3: foams and gels are soft, metals and minerals are not;
 /// - nu below 0 or above 0.495; a density outside 1 to 30000 kg/m^3; waves faster than 30 km/s;
-/// - a yield stress above E/10 or below E/10^6; hardening above 100 E; a heat capacity outside 20 to 20000 J/(kg K); a speed above sqrt(E/rho)/10, which yields or breaks what it meets.
-/// A model in numbers of its own (E = 1000 Pa, rho = 10 kg/m^3) passes.
+/// - a yield stress above E/10 or below E/10^6; hardening above 100 E; a heat capacity outside 20 to 20000 J/(kg K); a speed
+/// above sqrt(E/rho)/10, which yields or breaks what it meets. A model in numbers of its own (E = 1000 Pa, rho = 10 kg/m^3)
+/// passes.
 [[nodiscard]] std::vector<std::string> doubts(const MaterialNumbers& material);
 
 } // namespace ductile
