@@ -111,7 +111,7 @@ def main():
     waiting = [m for m in chosen if rows.get(m.name, {}).get("mutation") != [m.file, m.old, m.new] or rows[m.name]["ended"] != "killed"]
 
     copies = queue.SimpleQueue()
-    for k in range(min(arguments.jobs, max(len(waiting), 1))):
+    for k in range(min(arguments.jobs, len(waiting))):
         copies.put(Copy(arguments.work / f"copy{k}"))
 
     def work(mutation):

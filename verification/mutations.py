@@ -107,9 +107,9 @@ MUTATIONS = (
     M("snapshot of sbar: weight of q^2 3 -> 1", STATIC + "recorder.cpp",
       "3.0 * q * q", "q * q", ("shear_band_program",)),
     M("automatic tolerance h^3 -> h^2", STATIC + "options.cpp",
-      "std::pow(252.0 * h, 3.0)", "std::pow(252.0 * h, 2.0)", ("quasistatic", "shear_band_program")),
+      "std::pow(252.0 * h, 3.0)", "std::pow(252.0 * h, 2.0)", ("quasistatic_options",)),
     M("automatic dt 0.5e4 -> 0.6e4", STATIC + "options.cpp",
-      "const double standard_dt = 0.5e4", "const double standard_dt = 0.6e4", ("quasistatic", "shear_band_program")),
+      "const double standard_dt = 0.5e4", "const double standard_dt = 0.6e4", ("quasistatic_options",)),
     # --- elliptic solvers
     M("stencil: sign of the coupling between u and v", EQUILIBRIUM + "stencil.cpp",
       "const double cross = -0.25 * (beta + mu) * a * b;", "const double cross = 0.25 * (beta + mu) * a * b;", ("equilibrium",)),
