@@ -36,24 +36,22 @@ double Monitor::body_force_power(const State& state) const {
 }
 
 void Monitor::watch_contact(const Observation& seen, Tally& tally) const {
+    std::vector<double>& contacts = tally["contacts_N"];
     for (std::size_t b = 0; b < seen.contact_forces.size(); ++b) {
         const RigidBody& body = seen.state.rigid_bodies[b];
         const auto& force = seen.contact_forces[b];
-        std::vector<double>& last = tally["contact_force_N"];
-        double& largest = tally["largest_contact_force_N"][b];
-        const double fx = last[2 * b], fy = last[2 * b + 1];
+        double &fx = contacts[4 * b], &fy = contacts[4 * b + 1], &largest = contacts[4 * b + 2], &lost = contacts[4 * b + 3];
         if (force[0] == 0.0 && force[1] == 0.0 && (fx != 0.0 || fy != 0.0)) {
             const auto mean = [](const auto& values) {
                 return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
             };
             const double to_x = mean(seen.state.particles.x) - mean(body.x), to_y = mean(seen.state.particles.y) - mean(body.y);
-            const double pull = (fx * to_x + fy * to_y) / std::hypot(to_x, to_y);
-            if (double& lost = tally["lost_pull_N"][b]; pull > std::max(lost, 0.1 * largest))
+            if (const double pull = (fx * to_x + fy * to_y) / std::hypot(to_x, to_y); pull > std::max(lost, 0.1 * largest))
                 lost = pull;
         }
         largest = std::max(largest, std::hypot(force[0], force[1]));
-        last[2 * b] = force[0];
-        last[2 * b + 1] = force[1];
+        fx = force[0];
+        fy = force[1];
     }
 }
 
@@ -64,11 +62,9 @@ void Monitor::observe(const Observation& seen, double smallest_determinant, Tall
         const Connectivity c = connectivity_of(scene_.grid, state.particles);
         tally["energy_at_start_J"] = {energy(seen)};
         tally["work_J"] = {0.0, 0.0}; // and the sum of its magnitudes
-        tally["body_force_power_W"] = {body_force_power(state)};
-        const std::size_t bodies = state.rigid_bodies.size();
-        tally["contact_force_N"].assign(2 * bodies, 0.0);
-        tally["largest_contact_force_N"].assign(bodies, 0.0);
-        tally["lost_pull_N"].assign(bodies, 0.0);
+        tally["body_power_W"] = {body_force_power(state)};
+        tally["contacts_N"].assign(4 * state.rigid_bodies.size(),
+                                   0.0); // of each: last force, its largest magnitude, the pull lost
         tally["smallest_determinant"] = {1.0};
         tally["pieces"] = {static_cast<double>(c.parts), static_cast<double>(c.parts)}; // at the start, and most
         tally["holes"] = {static_cast<double>(c.holes), static_cast<double>(c.holes)};
@@ -80,7 +76,7 @@ void Monitor::observe(const Observation& seen, double smallest_determinant, Tall
         work[0] += done;
         work[1] += std::abs(done);
     };
-    double& power = tally["body_force_power_W"].front();
+    double& power = tally["body_power_W"].front();
     const double power_now = body_force_power(state);
     add_work(seen.dt * (options_.inertia ? 0.5 * (power + power_now) : power_now)); // without inertia a step has one velocity
     power = power_now;
@@ -122,7 +118,7 @@ void Monitor::conclude(const Observation& seen, const Tally& tally, io::RunSumma
                          "material's: use more particles a cell, or larger cells",
                          pieces[0], pieces[0] == 1.0 ? "" : "s", holes[0], holes[0] == 1.0 ? "" : "s", pieces[1], holes[1]));
     for (std::size_t b = 0; b < seen.state.rigid_bodies.size(); ++b)
-        if (const double lost = tally.at("lost_pull_N")[b]; lost > 0.0)
+        if (const double lost = tally.at("contacts_N")[4 * b + 3]; lost > 0.0)
             warn(fmt::format("the rigid body '{}' let go of the particles while it pulled them with {:.3g} N: between them are "
                              "empty cells; that is numerical fracture and not the material's: use more particles a cell, or "
                              "larger cells",
