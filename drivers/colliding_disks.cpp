@@ -4,6 +4,7 @@
 // contact lasts about 3 s, a hundred explicit steps: steps of 0.25 s resolve it, steps of 2.4 s cannot. A few seconds:
 //
 //   ./ductile colliding_disks --dt 0.24 --output out/disks
+#include <ductile/material/linear_elastic.hpp>
 #include <ductile/mpm/diagnostics.hpp>
 #include <ductile/mpm/options.hpp>
 
@@ -23,7 +24,7 @@ Problem make_disks(const DiskOptions& o, const Options& options) {
     Problem problem;
     problem.scene = {.grid = {.cells_x = n, .cells_y = n, .width = 1.0, .height = 1.0},
                      .shape = options.shape,
-                     .materials = {{LinearElastic(elasticity_from_young(o.young_modulus, o.poisson_ratio))}}};
+                     .materials = {{linear_elastic_law(elasticity_from_young(o.young_modulus, o.poisson_ratio))}}};
     for (const double sign : {1.0, -1.0}) {
         const double centre = 0.5 - 0.23 * sign; // impact after some 70 s
         add_body(problem.start.particles,
@@ -32,7 +33,7 @@ Problem make_disks(const DiskOptions& o, const Options& options) {
                   .velocity_x = sign * o.speed,
                   .velocity_y = sign * o.speed,
                   .particles_per_side = options.particles_per_side},
-                 problem.scene.grid, problem.scene.geometry);
+                 problem.scene);
     }
     problem.curve_x = "time_s";
     problem.curve_y = "total_energy_J";

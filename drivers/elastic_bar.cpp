@@ -5,6 +5,7 @@
 // at the ends. Implicit steps a hundred times as long as explicit ones, after a ramp, take a fraction of a second:
 //
 //   ./ductile elastic_bar --dt 0.5 --dt-start 0.0048 --output out/bar
+#include <ductile/material/linear_elastic.hpp>
 #include <ductile/mpm/bars.hpp>
 #include <ductile/mpm/options.hpp>
 
@@ -23,7 +24,7 @@ int main(int argc, char** argv) {
             return 0;
 
         // 2. scene: small strains, no rotation, hence a linear system a step
-        const Material material{LinearElastic(elasticity_from_young(bar.young_modulus, bar.poisson_ratio))};
+        const Material material{linear_elastic_law(elasticity_from_young(bar.young_modulus, bar.poisson_ratio))};
         Problem problem = make_bar(bar, options, material);
         problem.scene.finite_rotation = false;
 

@@ -1,6 +1,6 @@
 // material_point: one point of a material under a prescribed velocity gradient, integrated by every method.
 //
-// The stress and the internal variable of a point obey a system of five ordinary differential equations. The RK2(1) pair that the
+// The stress and the internal variable of a point obey a system of ordinary differential equations. The RK2(1) pair that the
 // cells of a quasi-static run use (Lu & Rycroft, App. B) is compared with ARKODE and CVODE of SUNDIALS: steps, evaluations of the
 // rates, error and time, for a list of tolerances. By default a metallic glass is sheared through yield; this takes less than a
 // second:
@@ -10,6 +10,7 @@
 #include <ductile/io/atomic_file.hpp>
 #include <ductile/io/interrupt.hpp>
 #include <ductile/io/program.hpp>
+#include <ductile/material/make_law.hpp>
 #include <ductile/point/comparison.hpp>
 #include <ductile/point/options.hpp>
 
@@ -31,9 +32,9 @@ int main(int argc, char** argv) {
         // 2. the problem in natural units: all input is checked before anything is written
         check(options);
         const Units units = natural_units(options.material, Units{}.length);
-        const MaterialPoint point = make_point(options, units);
+        const Law law = make_law(options.material, units);
         const GradientHistory history = make_history(options, units);
-        const State start = make_start(options, units);
+        const State start = make_start(options, law);
         program.say(describe(options, history, units));
 
         // 3. run every method with every tolerance, and report
@@ -48,14 +49,14 @@ int main(int argc, char** argv) {
                         status = io::RunStatus::interrupted;
                         continue;
                     }
-                    runs.push_back(measure(point, history, start, method, tolerance));
+                    runs.push_back(measure(law, history, start, method, tolerance));
                     program.say(table_line(runs.back()));
                     summary.steps += runs.back().trajectory.counts.steps;
                     summary.rejected_steps += runs.back().trajectory.counts.rejected;
                 }
             summary.phase_seconds.emplace_back("integration", timer.lap());
             io::write_text_atomically(folder.work_precision(), work_precision_csv(runs));
-            io::write_text_atomically(folder.history(), trajectories_csv(point, history, units, runs));
+            io::write_text_atomically(folder.history(), trajectories_csv(law, history, units, runs));
             summary.phase_seconds.emplace_back("output", timer.lap());
             if (!runs.empty())
                 summary.drawing = stress_strain_curve(history, units, runs);

@@ -4,6 +4,7 @@
 // to 33 %, --direction compression pushes instead. About a second:
 //
 //   ./ductile plastic_bar --dt 0.5 --dt-start 0.0048 --output out/plastic
+#include <ductile/material/von_mises.hpp>
 #include <ductile/mpm/bars.hpp>
 #include <ductile/mpm/options.hpp>
 
@@ -25,7 +26,7 @@ int main(int argc, char** argv) {
             return 0;
 
         // 2. scene
-        const Material material{VonMises(elasticity_from_young(bar.young_modulus, bar.poisson_ratio), hardening)};
+        const Material material{von_mises_law(elasticity_from_young(bar.young_modulus, bar.poisson_ratio), hardening)};
         const Problem problem = make_bar(bar, options, material);
 
         // 3. run and report

@@ -4,6 +4,7 @@
 // some 21.5 mm long, with a foot of some 7 mm radius. A few seconds:
 //
 //   ./ductile taylor_bar --output out/taylor
+#include <ductile/material/von_mises.hpp>
 #include <ductile/mpm/options.hpp>
 
 #include <algorithm>
@@ -30,13 +31,13 @@ Problem make_bar(const BarOptions& o, const Options& options) {
                  .height = height,
                  .sides = {.left = SideCondition::slip, .bottom = SideCondition::slip}},
         .shape = options.shape,
-        .materials = {{VonMises(elasticity_from_young(o.young_modulus, o.poisson_ratio), o.hardening), o.heat_capacity}}};
+        .materials = {{von_mises_law(elasticity_from_young(o.young_modulus, o.poisson_ratio), o.hardening), o.heat_capacity}}};
     add_body(problem.start.particles,
              {.shape = rectangle(0.0, 0.0, radius, length),
               .density = o.density,
               .velocity_y = -o.speed,
               .particles_per_side = options.particles_per_side},
-             problem.scene.grid, problem.scene.geometry);
+             problem.scene);
     const auto largest = [](const aligned_vector<double>& values) { return *std::max_element(values.begin(), values.end()); };
     // the outermost particle sits half a particle inside the surface
     const double inset = 0.5 * options.cell_size / options.particles_per_side;
@@ -52,7 +53,7 @@ Problem make_bar(const BarOptions& o, const Options& options) {
                                                                   nlohmann::ordered_json& extra) {
         for (const Observable& observable : all)
             extra["final_" + observable.name] = observable.value(seen);
-        extra["final_largest_plastic_strain"] = largest(seen.state.particles.internal);
+        extra["final_largest_plastic_strain"] = largest(seen.state.particles.internal[0]);
     };
     return problem;
 }

@@ -4,6 +4,7 @@
 // sticks to it, until 60 % of the height is gone. Implicit steps a thousand times as long as explicit ones take seconds:
 //
 //   ./ductile upsetting --dt 1e-4 --output out/upsetting
+#include <ductile/material/von_mises.hpp>
 #include <ductile/mpm/options.hpp>
 
 #include <algorithm>
@@ -33,10 +34,10 @@ Problem make_billet(const BilletOptions& o, const Options& options) {
                  .height = height,
                  .sides = {.left = SideCondition::slip, .bottom = SideCondition::slip}},
         .shape = options.shape,
-        .materials = {{VonMises(elasticity_from_young(o.young_modulus, o.poisson_ratio), o.hardening), o.heat_capacity}}};
+        .materials = {{von_mises_law(elasticity_from_young(o.young_modulus, o.poisson_ratio), o.hardening), o.heat_capacity}}};
     add_body(problem.start.particles,
              {.shape = rectangle(0.0, 0.0, 10e-3, 15e-3), .density = o.density, .particles_per_side = options.particles_per_side},
-             problem.scene.grid, problem.scene.geometry);
+             problem.scene);
     RigidBody platen =
         make_rigid_body("platen", rectangle(0.0, 16e-3, width, height), options.particles_per_side, problem.scene.grid);
     platen.velocity_y = -o.speed;
@@ -65,7 +66,7 @@ Problem make_billet(const BilletOptions& o, const Options& options) {
                 extra["mean_load_of_last_3_percent_N"] = loads.mean(tally);
                 extra["final_radius_m"] = largest(particles.x);
                 extra["final_height_m"] = largest(particles.y);
-                extra["final_largest_plastic_strain"] = largest(particles.internal);
+                extra["final_largest_plastic_strain"] = largest(particles.internal[0]);
             }};
     return problem;
 }

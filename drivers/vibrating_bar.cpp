@@ -5,6 +5,7 @@
 // periods take a second:
 //
 //   ./ductile vibrating_bar --method midpoint --output out/vibration
+#include <ductile/material/linear_elastic.hpp>
 #include <ductile/mpm/diagnostics.hpp>
 #include <ductile/mpm/options.hpp>
 
@@ -31,14 +32,14 @@ Problem make_bar(const BarOptions& o, const Options& options) {
                               .height = 3 * options.cell_size,
                               .sides = {.left = SideCondition::slip, .bottom = SideCondition::slip, .top = SideCondition::slip}},
                      .shape = options.shape,
-                     .materials = {{LinearElastic(elasticity_from_young(o.young_modulus, 0.0))}},
+                     .materials = {{linear_elastic_law(elasticity_from_young(o.young_modulus, 0.0))}},
                      .finite_rotation = false};
     Particles& particles = problem.start.particles;
     add_body(particles,
              {.shape = rectangle(0.0, 0.0, o.length, 3 * options.cell_size),
               .density = o.density,
               .particles_per_side = options.particles_per_side},
-             problem.scene.grid, problem.scene.geometry);
+             problem.scene);
     for (std::size_t p = 0; p < particles.size(); ++p)
         particles.velocity_x[p] = o.speed * std::sin(0.5 * std::numbers::pi * particles.x[p] / o.length);
     const double tip = *std::max_element(particles.x.begin(), particles.x.end());

@@ -24,7 +24,7 @@ constexpr int instants = 840; ///< of the reference
 
 double error_of(const Scene& scene, CellState& a, CellState& b) {
     const CombinationNorm n = norm(scene, std::array{Term{&a, 1.0}, Term{&b, -1.0}});
-    return std::max(n.stress, n.internal / fields::stz.internal_variable().natural_scale());
+    return std::max(n.stress, n.internal / fields::stz.variables()[0].natural_scale());
 }
 
 std::vector<CellState> reference(const Scene& scene, const State& start) {
@@ -86,8 +86,8 @@ TEST_SUITE("accuracy") {
     TEST_CASE_FIXTURE(fields::OneThread, "a run with equal steps of any length ends right, or says that it does not") {
         for (const Model model : {Model::reduced, Model::full}) {
             const Scene scene = fields::scene_on({12, 10, 2.0, 2.0}, model, {U, 0.0});
-            const State start = initial_state(scene, initial_internal(scene.grid, PaperPattern{640. / 21000, 180. / 21000},
-                                                                      internal_variable(scene.plasticity)));
+            const State start = initial_state(
+                scene, initial_internal(scene.grid, PaperPattern{640. / 21000, 180. / 21000}, scene.law->variables()[0]));
             std::vector<CellState> exact = reference(scene, start);
             for (const SchemeDescription& scheme : schemes()) {
                 if (scheme.scheme == Scheme::cvode_adams || scheme.scheme == Scheme::cvode_bdf || scheme.scheme == Scheme::ida)
@@ -129,7 +129,7 @@ TEST_SUITE("accuracy") {
         CHECK(watch.warnings().size() == 1);
 
         // a stress out of equilibrium, at a step that is looked at, and at one that is not unless it is the last
-        State state = initial_state(scene, initial_internal(scene.grid, Uniform{0.03}, internal_variable(scene.plasticity)));
+        State state = initial_state(scene, initial_internal(scene.grid, Uniform{0.03}, scene.law->variables()[0]));
         for (Field* f : {&state.cells.stress.tau, &state.cells.stress.p})
             for (int j = 0; j < 6; ++j)
                 for (int i = 0; i < 8; ++i)

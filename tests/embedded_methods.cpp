@@ -82,10 +82,10 @@ std::unique_ptr<TimeStepper> stepper_for(Scheme scheme, const Scene& scene, cons
     return make_embedded(scheme, scene, fields::solver_for(scene), passes, tolerance, start);
 }
 
-Plasticity elastic() { return PerzynaModel({.yield_stress = 1e30}, Units{}); }
+Law elastic() { return perzyna_law(fields::metallic_glass, {.yield_stress = 1e30}, Units{}); }
 
 State uniform(const Scene& scene, double internal) {
-    return initial_state(scene, initial_internal(scene.grid, Uniform{internal}, internal_variable(scene.plasticity)));
+    return initial_state(scene, initial_internal(scene.grid, Uniform{internal}, scene.law->variables()[0]));
 }
 
 void fill(Field& field, double value) {
@@ -172,7 +172,7 @@ TEST_SUITE("embedded_methods") {
         const Grid grid{13, 5, 2.0, 2.0};
         const Scene scene = fields::scene_on(grid, Model::full, {U, 0.0});
         std::mt19937 engine(11);
-        CellState a(grid), b(grid);
+        CellState a(grid, 1), b(grid, 1);
         for (CellState* cells : {&a, &b})
             for (Field* f : fields::fields_of(*cells))
                 fields::fill_randomly(*f, engine, -1.0, 1.0);
@@ -189,7 +189,8 @@ TEST_SUITE("embedded_methods") {
             }
         const CombinationNorm n = norm(scene, std::array{Term{&a, 0.7}, Term{&b, -1.9}});
         CHECK(n.stress == doctest::Approx(std::sqrt(stress / 65.0)).epsilon(1e-13));
-        CHECK(n.internal == doctest::Approx(std::sqrt(internal / 65.0)).epsilon(1e-13));
+        CHECK(n.internal * fields::stz.variables()[0].natural_scale() ==
+              doctest::Approx(std::sqrt(internal / 65.0)).epsilon(1e-13));
     }
 
     TEST_CASE_FIXTURE(fields::OneThread, "the longest stable steps: of relaxation by the stability polynomials, of advection") {
@@ -213,7 +214,9 @@ TEST_SUITE("embedded_methods") {
             const CellState& cells = stepper->state().cells;
             const double s = cells.stress.s(1, 1), tau = cells.stress.tau(1, 1), q = cells.stress.q(1, 1);
             const double sbar = std::sqrt(s * s + tau * tau + 3.0 * q * q), h = 1e-6;
-            const auto flow = [&](double stress) { return stress * fields::stz.rates(stress, cells.internal(1, 1)).fluidity; };
+            const auto flow = [&](double stress) {
+                return stress * fields::stz.rates(stress, std::array{cells.internal[0](1, 1)}).fluidity;
+            };
             const double relaxation = 2.0 * mu * (flow(sbar + h) - flow(sbar - h)) / (2.0 * h);
             const double reach = attempt.relaxation_step * relaxation;
             CAPTURE(description(pair.scheme).name);
@@ -234,7 +237,7 @@ TEST_SUITE("embedded_methods") {
         State start = initial_state(
             scene,
             initial_internal(scene.grid, RandomField{.mean = 0.033, .deviation = 0.0015, .correlation_length = 0.25, .seed = 5},
-                             internal_variable(scene.plasticity)));
+                             scene.law->variables()[0]));
         fill(start.cells.stress.tau, 1.1);
         const auto stepper = stepper_for(Scheme::bogacki_shampine, scene, start, {.largest = 4, .tolerance = 1e-5});
         for (int n = 1; n <= 20; ++n)
@@ -250,7 +253,7 @@ TEST_SUITE("embedded_methods") {
         const Scene scene = make_scene(options);
         State start = uniform(scene, 0.033);
         std::mt19937 engine(2);
-        fields::fill_smoothly(start.cells.internal, engine, 0.033, 0.0006);
+        fields::fill_smoothly(start.cells.internal[0], engine, 0.033, 0.0006);
         fill(start.cells.stress.tau, 1.1);
         const auto solves = [&](TimeStepper& stepper) {
             for (int n = 1; n <= 12; ++n)
@@ -269,8 +272,8 @@ TEST_SUITE("embedded_methods") {
     TEST_CASE_FIXTURE(fields::OneThread, "auto is bogacki-shampine to the last bit where nothing is stiff") {
         for (const Model model : {Model::reduced, Model::full}) {
             const Scene scene = fields::scene_on({20, 16, 2.0, 2.0}, model, {U, 0.0});
-            const State start = initial_state(scene, initial_internal(scene.grid, PaperPattern{640. / 21000, 180. / 21000},
-                                                                      internal_variable(scene.plasticity)));
+            const State start = initial_state(
+                scene, initial_internal(scene.grid, PaperPattern{640. / 21000, 180. / 21000}, scene.law->variables()[0]));
             std::array<State, 2> ends;
             for (std::size_t k = 0; k < 2; ++k) {
                 const auto stepper = stepper_for(k == 0 ? Scheme::automatic : Scheme::bogacki_shampine, scene, start);
@@ -293,7 +296,7 @@ TEST_SUITE("embedded_methods") {
         const double stop = 30e4;
         scene.walls = WallHistory({{0.0, {U, 0.0}}, {stop, {U, 0.0}}, {stop, {-U, 0.0}}}); // elastic again from there
         const State start = initial_state(
-            scene, initial_internal(scene.grid, PaperPattern{1100. / 21000, 100. / 21000}, internal_variable(scene.plasticity)));
+            scene, initial_internal(scene.grid, PaperPattern{1100. / 21000, 100. / 21000}, scene.law->variables()[0]));
         const auto run_with = [&](Scheme scheme, double tolerance, double end, long long& evaluations) {
             const auto stepper = stepper_for(scheme, scene, start, {.largest = 4, .tolerance = 0.1 * tolerance}, tolerance);
             StepControl control(scene.grid, ErrorSteps{.tolerance = tolerance, .order = 3});
@@ -319,7 +322,7 @@ TEST_SUITE("embedded_methods") {
         for (std::size_t k = 0; k < 4; ++k)
             stress = std::max(stress, fields::distance(*fields::fields_of(end.cells)[k], *fields::fields_of(exact.cells)[k]));
         CHECK(stress < 1e-3);
-        CHECK(fields::distance(end.cells.internal, exact.cells.internal) / fields::stz.internal_variable().natural_scale() <
+        CHECK(fields::distance(end.cells.internal[0], exact.cells.internal[0]) / fields::stz.variables()[0].natural_scale() <
               1e-3);
         CHECK(automatic < 6000);
         (void)run_with(Scheme::automatic, 1e-4, stop + 4e4, automatic);

@@ -1,6 +1,8 @@
 #pragma once
 #include <ductile/base/threads.hpp>
 #include <ductile/equilibrium/solver.hpp>
+#include <ductile/material/perzyna.hpp>
+#include <ductile/material/stz.hpp>
 #include <ductile/quasistatic/projection_stepper.hpp>
 
 #include <algorithm>
@@ -31,25 +33,28 @@ struct OneThread {
 /// Elasticity and plasticity of the paper in units of the yield stress, Tables 1 and A.3.
 inline const IsotropicElasticity metallic_glass{.bulk_modulus = 122.0 / 0.85, .shear_modulus = 37.4 / 0.85};
 inline const StzModel stz{StzParameters{}, Units{}};
+inline const Law glass_law = stz_law(metallic_glass, StzParameters{}, Units{});
 
-inline Scene scene_on(const Grid& grid, Model model, const WallVelocity& walls, const Plasticity& plasticity = stz) {
-    return {.units = {},
-            .grid = grid,
-            .elasticity = metallic_glass,
-            .plasticity = plasticity,
-            .model = model,
-            .walls = WallHistory(std::vector<WallKnot>{{0.0, walls}})};
+inline Scene scene_on(const Grid& grid, Model model, const WallVelocity& walls, const Law& law = glass_law) {
+    return {.units = {}, .grid = grid, .law = law, .model = model, .walls = WallHistory(std::vector<WallKnot>{{0.0, walls}})};
 }
 
-inline std::array<Field*, 5> fields_of(CellState& c) {
-    return {&c.stress.p, &c.stress.s, &c.stress.tau, &c.stress.q, &c.internal};
+inline std::vector<Field*> fields_of(CellState& c) {
+    std::vector<Field*> fields;
+    for (int k = 0; k < c.count(); ++k)
+        fields.push_back(&c.field(k));
+    return fields;
 }
-inline std::array<const Field*, 5> fields_of(const CellState& c) {
-    return {&c.stress.p, &c.stress.s, &c.stress.tau, &c.stress.q, &c.internal};
+inline std::vector<const Field*> fields_of(const CellState& c) {
+    std::vector<const Field*> fields;
+    for (int k = 0; k < c.count(); ++k)
+        fields.push_back(&c.field(k));
+    return fields;
 }
-inline std::array<const Field*, 7> fields_of(const State& s) {
-    return {&s.cells.stress.p, &s.cells.stress.s, &s.cells.stress.tau, &s.cells.stress.q,
-            &s.cells.internal, &s.velocity.u,     &s.velocity.v};
+inline std::vector<const Field*> fields_of(const State& s) {
+    std::vector<const Field*> fields = fields_of(s.cells);
+    fields.insert(fields.end(), {&s.velocity.u, &s.velocity.v});
+    return fields;
 }
 
 inline void wrap(Field& f) {
@@ -129,7 +134,7 @@ inline void check_uniform(const Field& f, double value, double bound) {
 }
 
 inline std::unique_ptr<EquilibriumSolver> solver_for(const Scene& scene, Stiffness stiffness = Stiffness::exact) {
-    return make_equilibrium_solver({.grid = scene.grid, .elasticity = scene.elasticity, .stiffness = stiffness},
+    return make_equilibrium_solver({.grid = scene.grid, .elasticity = scene.law->elasticity(), .stiffness = stiffness},
                                    SolverKind::fastest);
 }
 

@@ -27,7 +27,7 @@ std::unique_ptr<TimeStepper> sundials_for(Scheme scheme, const Scene& scene, con
 
 State at_rest(const Scene& scene) {
     const RandomField rough{.mean = 0.033, .deviation = 0.0015, .correlation_length = 0.25, .seed = 5};
-    return initial_state(scene, initial_internal(scene.grid, rough, internal_variable(scene.plasticity)));
+    return initial_state(scene, initial_internal(scene.grid, rough, scene.law->variables()[0]));
 }
 
 /// A state that flows plastically everywhere and stays so: smooth in time, without the corner at yield.
@@ -75,7 +75,7 @@ TEST_SUITE("index_reduced") {
             const State projected = fields::run(scene, Predictor::euler, start, start.time + dt, 1);
 
             State state = start;
-            CellState rate(grid), end(grid);
+            CellState rate(grid, 1), end(grid, 1);
             const auto solver = fields::solver_for(scene);
             MethodOfLines lines(scene, *solver,
                                 {.largest = 1}); // one pass: spin and advection by v_n, as the projection has them
@@ -98,7 +98,7 @@ TEST_SUITE("index_reduced") {
         const auto velocity_after = [&](const PassOptions& passes, RateReport& report) {
             State state = start;
             add_affine_velocity(scene.grid, {0.1 * U, 0.05 * U}, state.velocity); // a poor guess
-            CellState rate(scene.grid);
+            CellState rate(scene.grid, 1);
             const auto solver = fields::solver_for(scene);
             report = MethodOfLines(scene, *solver, passes).evaluate(state.cells, scene.walls.after(0.0), state.velocity, rate);
             return state;
@@ -322,7 +322,7 @@ TEST_SUITE("index_reduced") {
         for (const Model model : {Model::reduced, Model::full}) {
             const Scene scene = fields::scene_on(grid, model, {speed_u, speed_v});
             State state = at_rest(scene); // elastic: the velocity is affine, largest on the walls
-            CellState rate(grid);
+            CellState rate(grid, 1);
             const auto solver = fields::solver_for(scene);
             const RateReport report =
                 MethodOfLines(scene, *solver, {}).evaluate(state.cells, scene.walls.after(0.0), state.velocity, rate);

@@ -1,6 +1,7 @@
 // Orders of accuracy: a manufactured solution with particles that cross cells, and the midpoint rule in time.
 #include "mpm_scenes.hpp"
 
+#include <ductile/material/linear_elastic.hpp>
 #include <ductile/mpm/explicit_step.hpp>
 #include <ductile/mpm/time_stepper.hpp>
 
@@ -44,11 +45,10 @@ double error_of(ShapeFunction shape, int n, int& crossed) {
     Scene scene{
         .grid = {n, n, 1.0, 1.0, 0.0, 0.0, {SideCondition::slip, SideCondition::slip, SideCondition::slip, SideCondition::slip}},
         .shape = shape,
-        .materials = {{LinearElastic(exact.elasticity)}},
+        .materials = {{linear_elastic_law(exact.elasticity)}},
         .finite_rotation = false};
     State state;
-    add_body(state.particles, {.shape = rectangle(0.0, 0.0, 1.0, 1.0), .density = exact.density, .particles_per_side = 3},
-             scene.grid, scene.geometry);
+    add_body(state.particles, {.shape = rectangle(0.0, 0.0, 1.0, 1.0), .density = exact.density, .particles_per_side = 3}, scene);
     Particles& p = state.particles;
     const std::vector<double> x0(p.x.begin(), p.x.end()), y0(p.y.begin(), p.y.end());
     for (std::size_t i = 0; i < p.size(); ++i) {
@@ -87,11 +87,11 @@ Vibration vibrate(ImplicitMethod method, int steps_a_period, int periods) {
                          0.0,
                          0.0,
                          {.left = SideCondition::slip, .bottom = SideCondition::slip, .top = SideCondition::slip}},
-                .materials = {{LinearElastic(elasticity_from_young(100.0, 0.0))}},
+                .materials = {{linear_elastic_law(elasticity_from_young(100.0, 0.0))}},
                 .finite_rotation = false};
     State state;
     Particles& p = state.particles;
-    add_body(p, {.shape = rectangle(0.0, 0.0, 25.0, 3.0), .density = 1.0}, scene.grid, scene.geometry);
+    add_body(p, {.shape = rectangle(0.0, 0.0, 25.0, 3.0), .density = 1.0}, scene);
     for (std::size_t i = 0; i < p.size(); ++i)
         p.velocity_x[i] = 0.02 * std::sin(0.5 * pi * p.x[i] / 25.0);
     const double period = 4.0 * 25.0 / 10.0, start = *std::max_element(p.x.begin(), p.x.end());

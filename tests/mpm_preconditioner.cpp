@@ -1,6 +1,7 @@
 // What the preconditioners are made of: assembled matrices against products, factorised tangents against the Jacobian.
 #include "mpm_scenes.hpp"
 
+#include <ductile/material/von_mises.hpp>
 #include <ductile/mpm/momentum_balance.hpp>
 #include <ductile/mpm/preconditioner.hpp>
 #include <ductile/mpm/stencil_matrix.hpp>
@@ -116,8 +117,7 @@ TEST_CASE("also on the smallest grid, and where one node stands in for others wi
         CAPTURE(static_cast<int>(shape));
         Scene scene{.grid = {3, 3, 0.3, 0.3, 0.0, 0.0, {}}, .shape = shape, .materials = {{law_named("elastic")}}};
         State state;
-        add_body(state.particles, {.shape = rectangle(0.0, 0.0, 0.1, 0.3), .density = 10.0, .particles_per_side = 2}, scene.grid,
-                 scene.geometry);
+        add_body(state.particles, {.shape = rectangle(0.0, 0.0, 0.1, 0.3), .density = 10.0, .particles_per_side = 2}, scene);
         for (double& x : state.particles.x)
             x = 1e-15; // on the edge of the grid: next to nothing of them reaches the nodes inside
         MomentumBalance balance(scene, {});
@@ -157,7 +157,8 @@ TEST_CASE("the factorised tangent is the inverse of the Jacobian in either form,
 TEST_CASE("where the tangent is indefinite its diagonal steps in, and only there") {
     Block b = block(ShapeFunction::linear);
     // softening from the first yield on: 2 mu of the 3 mu that a step bears
-    b.scene.materials = {{VonMises(rubber, {.yield_stress = 6.0, .limit_strain = 0.0, .softening = 2.0 * rubber.shear_modulus})}};
+    b.scene.materials = {
+        {von_mises_law(rubber, {.yield_stress = 6.0, .limit_strain = 0.0, .softening = 2.0 * rubber.shear_modulus})}};
     b.scene.grid.sides.bottom = SideCondition::fixed;
     for (double& y : b.state.particles.y)
         y -= 0.2;

@@ -56,8 +56,10 @@ Result result_in(const fs::path& folder, const std::string& program) {
     Result result{.history = scratch::read(folder / "history.csv")};
     const CheckpointReader checkpoint(folder / "checkpoint.h5", program);
     for (const char* name : {"x", "y", "velocity_x", "velocity_y", "density", "stress_xx", "stress_yy", "stress_zz", "stress_xy",
-                             "internal", "energy", "temperature"})
+                             "energy", "temperature"})
         result.vectors[name] = checkpoint.vector(std::string("particles/") + name);
+    if (program != "elastic_bar" && program != "colliding_disks" && program != "vibrating_bar") // elastic ones have none
+        result.vectors["internal_1"] = checkpoint.vector("particles/internal_1");
     const std::vector<std::int64_t> id = checkpoint.integer_vector("particles/id");
     result.vectors["id"].assign(id.begin(), id.end());
     for (const char* name :

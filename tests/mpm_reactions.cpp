@@ -2,6 +2,7 @@
 #include "messages.hpp"
 #include "mpm_scenes.hpp"
 
+#include <ductile/material/linear_elastic.hpp>
 #include <ductile/mpm/contact_force.hpp>
 #include <ductile/mpm/time_stepper.hpp>
 
@@ -55,7 +56,7 @@ Block resting(ShapeFunction shape, Geometry geometry) {
     Block b{.scene = {.geometry = geometry,
                       .grid = {.cells_x = 12, .cells_y = 10, .width = 1.2, .height = 1.0},
                       .shape = shape,
-                      .materials = {{LinearElastic(elasticity_from_young(1e7, 0.3))}},
+                      .materials = {{linear_elastic_law(elasticity_from_young(1e7, 0.3))}},
                       .body_force =
                           [](std::int64_t, double, double, double) {
                               return std::array{0.0, -10.0};
@@ -63,7 +64,7 @@ Block resting(ShapeFunction shape, Geometry geometry) {
             .state = {}};
     const double left = geometry == Geometry::axisymmetric ? 0.0 : 0.2;
     b.scene.grid.sides.left = geometry == Geometry::axisymmetric ? SideCondition::slip : SideCondition::free;
-    add_body(b.state.particles, {.shape = rectangle(left, 0.2, left + 0.8, 0.6), .density = 1000.0}, b.scene.grid, geometry);
+    add_body(b.state.particles, {.shape = rectangle(left, 0.2, left + 0.8, 0.6), .density = 1000.0}, b.scene);
     b.state.rigid_bodies.push_back(make_rigid_body("plate", rectangle(0.0, 0.1, 1.2, 0.2), 2, b.scene.grid));
     return b;
 }

@@ -1,4 +1,8 @@
 #pragma once
+#include <ductile/material/drucker_prager.hpp>
+#include <ductile/material/linear_elastic.hpp>
+#include <ductile/material/perzyna.hpp>
+#include <ductile/material/von_mises.hpp>
 #include <ductile/mpm/diagnostics.hpp>
 #include <ductile/mpm/discretisation.hpp>
 #include <ductile/mpm/krylov.hpp>
@@ -17,15 +21,14 @@ using namespace ductile::mpm;
 
 inline const IsotropicElasticity rubber = elasticity_from_young(1000.0, 0.3);
 
-inline AnyStressLaw law_named(const std::string& name) {
+inline Law law_named(const std::string& name) {
     if (name == "elastic")
-        return LinearElastic(rubber);
+        return linear_elastic_law(rubber);
     if (name == "von Mises")
-        return VonMises(rubber, {.yield_stress = 6.0, .modulus = 50.0});
+        return von_mises_law(rubber, {.yield_stress = 6.0, .modulus = 50.0});
     if (name == "Perzyna")
-        return Viscoplastic<PerzynaModel>(
-            rubber, PerzynaModel({.yield_stress = 3.0, .hardening_modulus = 20.0, .reference_rate = 0.5}, si_units));
-    return DruckerPrager(rubber, {.cohesion = 6.0, .friction = 0.5, .dilatancy = 0.2, .hardening = 50.0});
+        return perzyna_law(rubber, {.yield_stress = 3.0, .hardening_modulus = 20.0, .reference_rate = 0.5});
+    return drucker_prager_law(rubber, {.cohesion = 6.0, .friction = 0.5, .dilatancy = 0.2, .hardening = 50.0});
 }
 
 /// A square block of 4 x 4 cells amid a grid of 8 x 8, from (0.2, 0.2) to (0.6, 0.6) m; in axisymmetry a ring.
@@ -39,8 +42,7 @@ inline Block block(ShapeFunction shape, Geometry geometry = Geometry::plane_stra
         .scene = {.geometry = geometry, .grid = {8, 8, 0.8, 0.8, 0.0, 0.0, {}}, .shape = shape, .materials = {{law_named(law)}}},
         .state = {}};
     add_body(b.state.particles,
-             {.shape = rectangle(0.2, 0.2, 0.6, 0.6), .density = 10.0, .particles_per_side = particles_per_side}, b.scene.grid,
-             geometry);
+             {.shape = rectangle(0.2, 0.2, 0.6, 0.6), .density = 10.0, .particles_per_side = particles_per_side}, b.scene);
     return b;
 }
 

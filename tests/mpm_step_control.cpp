@@ -1,4 +1,5 @@
 // Which steps are taken: ramps, contact, rigid travel, failures, Newton iterations.
+#include <ductile/material/linear_elastic.hpp>
 #include <ductile/mpm/discretisation.hpp>
 #include <ductile/mpm/options.hpp>
 #include <ductile/mpm/step_control.hpp>
@@ -103,9 +104,9 @@ TEST_CASE("at first contact the steps begin anew, but never longer than they wer
 TEST_CASE("from where a step ends at contact the body holds new nodes, with every shape function") {
     for (const ShapeFunction shape : {ShapeFunction::linear, ShapeFunction::gimp, ShapeFunction::bspline}) {
         CAPTURE(static_cast<int>(shape));
-        const Scene scene{.grid = grid, .shape = shape, .materials = {{LinearElastic(elasticity_from_young(1000.0, 0.3))}}};
+        const Scene scene{.grid = grid, .shape = shape, .materials = {{linear_elastic_law(elasticity_from_young(1000.0, 0.3))}}};
         State state;
-        add_body(state.particles, {.shape = rectangle(0.2, 0.2, 0.6, 0.6), .density = 10.0}, grid, scene.geometry);
+        add_body(state.particles, {.shape = rectangle(0.2, 0.2, 0.6, 0.6), .density = 10.0}, scene);
         state.rigid_bodies.push_back(make_rigid_body("plate", rectangle(0.0, 0.85, 0.8, 0.95), 2, grid));
         state.rigid_bodies[0].velocity_y = -1.0;
         Options options{.cell_size = 0.1, .shape = shape, .dt = "0.03", .duration = 1.0};

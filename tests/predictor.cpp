@@ -16,8 +16,8 @@ namespace {
 constexpr double mu = 37.4 / 0.85, K = 122.0 / 0.85;
 
 /// A plasticity model beside a plain function for D^pl and the rate of the internal variable, written from the paper.
-struct Law {
-    Plasticity model;
+struct Checked {
+    Law law;
     std::array<double, 2> (*rates)(double sbar, double internal);
 };
 
@@ -39,7 +39,8 @@ std::array<double, 2> perzyna_rates(double sbar, double kappa) {
     return {flow, flow};
 }
 
-const Law stz_law{fields::stz, stz_rates}, perzyna_law{PerzynaModel(hardening_metal, Units{}), perzyna_rates};
+const Checked stz{fields::glass_law, stz_rates},
+    perzyna{perzyna_law({.bulk_modulus = K, .shear_modulus = mu}, hardening_metal, Units{}), perzyna_rates};
 
 /// Everything the predictor does, cell by cell, from Eqs. (16), (27), (28) and App. B: sigma*, chi* and -B^T sigma*/dt.
 struct Reference {
@@ -62,11 +63,11 @@ double literal_eno(double u, auto&& f) {
     return f(1) - f(-1);
 }
 
-Reference reference(const Scene& scene, const Law& law, Predictor predictor, const CellState& now, const VectorField& w,
+Reference reference(const Scene& scene, const Checked& law, Predictor predictor, const CellState& now, const VectorField& w,
                     double dt, const Rk21Options& options) {
     const Grid& grid = scene.grid;
     const int m = grid.cells_x, n = grid.cells_y;
-    Reference r{.next = CellState(grid), .force = VectorField(grid), .counts = {}};
+    Reference r{.next = CellState(grid, 1), .force = VectorField(grid), .counts = {}};
     const auto column = [m](int i) { return (i % m + m) % m; };
     for (int j = 0; j < n; ++j)
         for (int i = 0; i < m; ++i) {
@@ -120,7 +121,7 @@ Reference reference(const Scene& scene, const Law& law, Predictor predictor, con
                 source[0] += advection(now.stress.s);
                 source[1] += advection(now.stress.tau);
                 source[2] += advection(now.stress.q);
-                source[3] += advection(now.internal);
+                source[3] += advection(now.internal[0]);
             }
             const auto slope = [&](const std::array<double, 4>& y) {
                 const double sbar = std::sqrt(y[0] * y[0] + y[1] * y[1] + 3.0 * y[2] * y[2]);
@@ -132,7 +133,7 @@ Reference reference(const Scene& scene, const Law& law, Predictor predictor, con
                 k[3] += internal_rate;
                 return k;
             };
-            std::array<double, 4> y{s, tau, q, now.internal(i, j)};
+            std::array<double, 4> y{s, tau, q, now.internal[0](i, j)};
             const auto flows = [&](const std::array<double, 4>& x) {
                 return law.rates(std::sqrt(x[0] * x[0] + x[1] * x[1] + 3.0 * x[2] * x[2]), x[3])[0] > 0.0;
             };
@@ -155,7 +156,7 @@ Reference reference(const Scene& scene, const Law& law, Predictor predictor, con
             r.next.stress.s(i, j) = end[0];
             r.next.stress.tau(i, j) = end[1];
             r.next.stress.q(i, j) = end[2];
-            r.next.internal(i, j) = end[3];
+            r.next.internal[0](i, j) = end[3];
         }
     for (Field* f : fields::fields_of(r.next))
         fields::wrap(*f);
@@ -179,17 +180,17 @@ struct Problem {
     VectorField velocity;
 };
 
-Problem random_problem(const Grid& grid, const Law& law, unsigned seed) {
+Problem random_problem(const Grid& grid, const Checked& law, unsigned seed) {
     std::mt19937 engine(seed);
-    Problem problem{CellState(grid), VectorField(grid)};
+    Problem problem{CellState(grid, 1), VectorField(grid)};
     fields::fill_smoothly(problem.cells.stress.p, engine, 0.1, 0.5);
     fields::fill_smoothly(problem.cells.stress.s, engine, 0.2, 0.4);
     fields::fill_smoothly(problem.cells.stress.tau, engine, 0.95, 0.4);
     fields::fill_smoothly(problem.cells.stress.q, engine, -0.05, 0.1);
-    if (std::holds_alternative<StzModel>(law.model))
-        fields::fill_smoothly(problem.cells.internal, engine, 0.034, 0.004);
+    if (law.rates == stz_rates)
+        fields::fill_smoothly(problem.cells.internal[0], engine, 0.034, 0.004);
     else
-        fields::fill_smoothly(problem.cells.internal, engine, 0.05, 0.02);
+        fields::fill_smoothly(problem.cells.internal[0], engine, 0.05, 0.02);
     fields::fill_smoothly(problem.velocity.u, engine, 1e-6, 4e-6);
     fields::fill_smoothly(problem.velocity.v, engine, -5e-7, 4e-6);
     return problem;
@@ -217,17 +218,17 @@ TEST_SUITE("predictor") {
     TEST_CASE_FIXTURE(fields::OneThread, "every predictor and model agrees with a literal evaluation of the equations") {
         int elastic = 0, plastic = 0;
         long long accepted = 0, rejected = 0;
-        for (const Law& law : {stz_law, perzyna_law})
+        for (const Checked& law : {stz, perzyna})
             for (const Model model : {Model::reduced, Model::full})
                 for (const Predictor predictor : predictors)
                     for (const Grid& grid : grids) {
-                        const Scene scene = fields::scene_on(grid, model, {2e-7, 0.0}, law.model);
+                        const Scene scene = fields::scene_on(grid, model, {2e-7, 0.0}, law.law);
                         Problem problem = random_problem(grid, law, 7u + static_cast<unsigned>(grid.cells_x));
                         const CellState before = problem.cells;
                         // tight enough for several substeps in the cells that flow most
                         const Rk21Options options{.absolute_tolerance = 1e-5, .relative_tolerance = 1e-5, .exact_components = 1};
                         const Reference expected = reference(scene, law, predictor, before, problem.velocity, dt, options);
-                        CellState next(grid);
+                        CellState next(grid, 1);
                         VectorField force(grid);
                         const PredictorReport report =
                             predict(scene, predictor, problem.cells, problem.cells, problem.velocity, dt, options, next, force);
@@ -267,16 +268,16 @@ TEST_SUITE("predictor") {
         for (const Model model : {Model::reduced, Model::full})
             for (const Predictor predictor : predictors) {
                 const Scene scene = fields::scene_on(grid, model, {0.0, 0.0});
-                CellState now(grid), next(grid);
+                CellState now(grid, 1), next(grid, 1);
                 for (int j = 0; j < grid.cells_y; ++j)
-                    std::fill_n(now.internal.row(j), now.internal.columns(), 0.03);
-                fields::wrap(now.internal);
+                    std::fill_n(now.internal[0].row(j), now.internal[0].columns(), 0.03);
+                fields::wrap(now.internal[0]);
                 const VectorField still(grid);
                 VectorField force(grid);
                 const PredictorReport report = predict(scene, predictor, now, now, still, dt, fields::pointwise(dt), next, force);
                 for (const Field* f : {&next.stress.p, &next.stress.s, &next.stress.tau, &next.stress.q})
                     CHECK(fields::largest(*f) == 0.0);
-                fields::check_uniform(next.internal, 0.03, 0.0);
+                fields::check_uniform(next.internal[0], 0.03, 0.0);
                 CHECK(report.counts.accepted == 0);
                 CHECK(fields::largest(force.u) + fields::largest(force.v) == 0.0);
             }
@@ -287,8 +288,8 @@ TEST_SUITE("predictor") {
             for (const Predictor predictor : predictors)
                 for (const Grid& grid : grids) {
                     const Scene scene = fields::scene_on(grid, model, {2e-7, 0.0});
-                    Problem problem = random_problem(grid, stz_law, 11);
-                    CellState expected(grid);
+                    Problem problem = random_problem(grid, stz, 11);
+                    CellState expected(grid, 1);
                     VectorField expected_force(grid);
                     set_thread_count(1);
                     const Rk21Counts counts = predict(scene, predictor, problem.cells, problem.cells, problem.velocity, dt,
@@ -296,7 +297,7 @@ TEST_SUITE("predictor") {
                                                   .counts;
                     for (const int threads : {2, 3, 8}) {
                         set_thread_count(threads, 0);
-                        CellState next(grid);
+                        CellState next(grid, 1);
                         VectorField force(grid);
                         const Rk21Counts others = predict(scene, predictor, problem.cells, problem.cells, problem.velocity, dt,
                                                           fields::pointwise(dt, 1e-9), next, force)
@@ -316,7 +317,7 @@ TEST_SUITE("predictor") {
         // without transport a cell knows nothing of its neighbours
         for (const Predictor predictor : predictors) {
             const Scene scene = fields::scene_on(grid, Model::reduced, {2e-7, 0.0});
-            Problem problem = random_problem(grid, stz_law, 13);
+            Problem problem = random_problem(grid, stz, 13);
             for (int j = 0; j < grid.cells_y; ++j)
                 for (int i = 0; i < grid.cells_x; ++i) { // scaled to sbar = 0.5: elastic
                     auto& [p, s, tau, q] = problem.cells.stress;
@@ -327,7 +328,7 @@ TEST_SUITE("predictor") {
             for (Field* f : fields::fields_of(problem.cells))
                 fields::wrap(*f);
             const auto advance = [&](const CellState& cells) {
-                CellState now = cells, next(grid);
+                CellState now = cells, next(grid, 1);
                 VectorField force(grid);
                 (void)predict(scene, predictor, now, now, problem.velocity, dt, fields::pointwise(dt, 1e-9), next, force);
                 return next;
@@ -338,7 +339,7 @@ TEST_SUITE("predictor") {
                 cells.stress.tau(flowing, 1) = 1.4;
                 fields::wrap(cells.stress.tau);
                 const CellState next = advance(cells);
-                CHECK(next.internal(flowing, 1) > elastic.internal(flowing, 1));
+                CHECK(next.internal[0](flowing, 1) > elastic.internal[0](flowing, 1));
                 for (std::size_t k = 0; k < 5; ++k)
                     for (int j = 0; j < grid.cells_y; ++j)
                         for (int i = 0; i < grid.cells_x; ++i)
@@ -352,10 +353,10 @@ TEST_SUITE("predictor") {
         const Grid grid{9, 5, 2.0, 2.0};
         for (const Predictor predictor : {Predictor::substepped, Predictor::incremental}) {
             const Scene scene = fields::scene_on(grid, Model::reduced, {2e-7, 0.0});
-            Problem problem = random_problem(grid, stz_law, 17);
+            Problem problem = random_problem(grid, stz, 17);
             problem.cells.stress.tau(8, 4) = std::numeric_limits<double>::quiet_NaN();
             fields::wrap(problem.cells.stress.tau);
-            CellState next(grid);
+            CellState next(grid, 1);
             VectorField force(grid);
             CHECK(
                 predict(scene, predictor, problem.cells, problem.cells, problem.velocity, dt, fields::pointwise(dt), next, force)

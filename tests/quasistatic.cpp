@@ -24,16 +24,16 @@ constexpr Predictor predictors[] = {Predictor::euler, Predictor::substepped, Pre
 constexpr Model models[] = {Model::reduced, Model::full};
 
 /// A law that never yields in these tests.
-Plasticity elastic() { return PerzynaModel({.yield_stress = 1e30}, Units{}); }
+Law elastic() { return perzyna_law(fields::metallic_glass, {.yield_stress = 1e30}, Units{}); }
 
 /// A temperature in kelvins: the law of no model.
 constexpr InternalVariable kelvin{.name = "effective_temperature", .unit = "K", .lower = 1.0, .upper = 1e4};
 
 State at_rest(const Scene& scene, double internal) {
-    return initial_state(scene, initial_internal(scene.grid, Uniform{internal}, internal_variable(scene.plasticity)));
+    return initial_state(scene, initial_internal(scene.grid, Uniform{internal}, scene.law->variables()[0]));
 }
 State at_rest(const Scene& scene, const InitialInternal& internal) {
-    return initial_state(scene, initial_internal(scene.grid, internal, internal_variable(scene.plasticity)));
+    return initial_state(scene, initial_internal(scene.grid, internal, scene.law->variables()[0]));
 }
 
 /// The pattern of the paper in units of e_Z/k_B.
@@ -158,10 +158,10 @@ TEST_SUITE("quasistatic") {
             sundials::ErkIntegrator exact(
                 [&](double, std::span<const double> y, std::span<double> rate) {
                     const double sbar = std::hypot(y[0], y[1]);
-                    const auto plastic = fields::stz.rates(sbar, y[2]);
+                    const auto plastic = fields::stz.rates(sbar, std::array{y[2]});
                     rate[0] = turn * y[1] - 2.0 * mu * plastic.fluidity * y[0];
                     rate[1] = mu * U - turn * y[0] - 2.0 * mu * plastic.fluidity * y[1];
-                    rate[2] = plastic.internal;
+                    rate[2] = plastic.internal[0];
                 },
                 3, {.relative_tolerance = 1e-12, .absolute_tolerance = 1e-14, .largest_step = 200.0});
             exact.integrate(point, 0.0, T);
@@ -173,7 +173,7 @@ TEST_SUITE("quasistatic") {
                 for (const int steps : {200, 400, 800}) {
                     const State end = fields::run(scene, predictor, start, T, steps);
                     std::array<double, 3> error;
-                    const Field* compared[] = {&end.cells.stress.s, &end.cells.stress.tau, &end.cells.internal};
+                    const Field* compared[] = {&end.cells.stress.s, &end.cells.stress.tau, &end.cells.internal[0]};
                     for (std::size_t k = 0; k < 3; ++k) {
                         const double value = (*compared[k])(0, 0);
                         fields::check_uniform(*compared[k], value, 1e-13);
@@ -470,7 +470,7 @@ TEST_SUITE("quasistatic") {
         const Grid grid{13, 5, 2.0, 2.0};
         const Scene scene = fields::scene_on(grid, Model::full, {U, 0.0});
         std::mt19937 engine(3);
-        CellState cells(grid);
+        CellState cells(grid, 1);
         for (Field* f : fields::fields_of(cells))
             fields::fill_randomly(*f, engine, -1.0, 1.2);
         const Observables o = observe(scene, cells);
@@ -483,16 +483,16 @@ TEST_SUITE("quasistatic") {
                 yy += (-p(i, j) - s(i, j) - q(i, j)) / 65.0;
                 magnitude += sbar / 65.0;
                 largest = std::max(largest, sbar);
-                low = std::min(low, cells.internal(i, j));
-                high = std::max(high, cells.internal(i, j));
+                low = std::min(low, cells.internal[0](i, j));
+                high = std::max(high, cells.internal[0](i, j));
                 plastic += sbar >= 1.0 ? 1.0 / 65.0 : 0.0;
             }
         CHECK(o.wall_traction == doctest::Approx(tau).epsilon(1e-12));
         CHECK(o.normal_traction == doctest::Approx(yy).epsilon(1e-12));
         CHECK(o.mean_magnitude == doctest::Approx(magnitude).epsilon(1e-12));
         CHECK(o.largest_magnitude == doctest::Approx(largest).epsilon(1e-14));
-        CHECK(o.smallest_internal == low);
-        CHECK(o.largest_internal == high);
+        CHECK(o.smallest_internal[0] == low);
+        CHECK(o.largest_internal[0] == high);
         CHECK(o.plastic_fraction == doctest::Approx(plastic).epsilon(1e-12));
     }
 
@@ -546,7 +546,7 @@ TEST_SUITE("quasistatic") {
             for (std::size_t k = 0; k < 4; ++k)
                 stress =
                     std::max(stress, fields::distance(*fields::fields_of(s.cells)[k], *fields::fields_of(reference.cells)[k]));
-            return std::array{stress, fields::distance(s.cells.internal, reference.cells.internal)};
+            return std::array{stress, fields::distance(s.cells.internal[0], reference.cells.internal[0])};
         };
         const State reference = fields::run(scene, Predictor::incremental, start, end, 1200);
         for (const Predictor predictor : predictors) {
@@ -609,7 +609,7 @@ TEST_SUITE("quasistatic") {
         for (const int steps : {150, 300, 600}) {
             const State s = fields::run(scene, Predictor::incremental, start, 15e4, steps);
             const double e[2] = {fields::distance(s.cells.stress.tau, reference.cells.stress.tau),
-                                 fields::distance(s.cells.internal, reference.cells.internal)};
+                                 fields::distance(s.cells.internal[0], reference.cells.internal[0])};
             for (int k = 0; k < 2; ++k) {
                 if (steps == 150)
                     first[k] = e[k];

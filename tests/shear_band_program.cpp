@@ -367,7 +367,7 @@ TEST_CASE("a continued run may write into another folder and leaves the first on
     CHECK(contents(folder / "first") == before);
     const Result whole = result_in(folder / "whole"), second = result_in(folder / "second");
     CHECK(second.history == whole.history);
-    CHECK(second.arrays.at("arrays/internal") == whole.arrays.at("arrays/internal"));
+    CHECK(second.arrays.at("arrays/effective_temperature") == whole.arrays.at("arrays/effective_temperature"));
 }
 
 TEST_SUITE_END();

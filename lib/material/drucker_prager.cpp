@@ -1,5 +1,6 @@
 #include <ductile/base/error.hpp>
 #include <ductile/material/drucker_prager.hpp>
+#include <ductile/material/make_law.hpp>
 
 #include <cmath>
 #include <fmt/format.h>
@@ -32,24 +33,25 @@ DruckerPrager::Multiplier DruckerPrager::multiplier(const SymmetricTensor& trial
     return {q, mean, excess, excess / stiffness, s};
 }
 
-StressReturn DruckerPrager::correct(const SymmetricTensor& trial, double internal, double) const {
+StressReturn<1> DruckerPrager::correct(const SymmetricTensor& trial, const std::array<double, 1>& start, double) const {
+    const double internal = start[0];
     const Multiplier d = multiplier(trial, internal);
     if (d.excess <= 0.0)
-        return {trial, internal};
+        return {trial, start};
     const auto& [cohesion, friction, dilatancy, hardening] = parameters_;
     const double bulk = elasticity_.bulk_modulus, lost = 3.0 * elasticity_.shear_modulus * d.increment;
     if (lost < d.q) {
         const double mean = bulk * dilatancy * d.increment;
-        return {trial - (lost / d.q) * d.deviator - SymmetricTensor{mean, mean, mean, 0.0}, internal + d.increment};
+        return {trial - (lost / d.q) * d.deviator - SymmetricTensor{mean, mean, mean, 0.0}, {internal + d.increment}};
     }
     const double volume = (friction * d.mean - cohesion - hardening * internal) / (bulk * friction + apex_hardening());
     const double mean = d.mean - bulk * volume;
-    return {{mean, mean, mean, 0.0}, dilatancy > 0.0 ? internal + volume / dilatancy : internal};
+    return {{mean, mean, mean, 0.0}, {dilatancy > 0.0 ? internal + volume / dilatancy : internal}};
 }
 
-Tangent DruckerPrager::tangent(const SymmetricTensor& trial, double internal, double) const {
+Tangent DruckerPrager::tangent(const SymmetricTensor& trial, const std::array<double, 1>& internal, double) const {
     const double bulk = elasticity_.bulk_modulus, mu = elasticity_.shear_modulus;
-    const Multiplier d = multiplier(trial, internal);
+    const Multiplier d = multiplier(trial, internal[0]);
     if (d.excess <= 0.0)
         return isotropic_tangent(bulk, mu);
     const double lost = 3.0 * mu * d.increment / d.q;
@@ -70,6 +72,10 @@ Tangent DruckerPrager::tangent(const SymmetricTensor& trial, double internal, do
             t.entry[i][j] -= n[i] * turn + bulk * parameters_.dilatancy * identity[i] * increment;
     }
     return t;
+}
+
+Law drucker_prager_law(const IsotropicElasticity& elasticity, const DruckerPragerParameters& parameters) {
+    return make_law(DruckerPrager(elasticity, parameters));
 }
 
 } // namespace ductile

@@ -1,5 +1,7 @@
 #pragma once
-#include <ductile/material/linear_elastic.hpp>
+#include <ductile/material/elasticity.hpp>
+#include <ductile/material/law.hpp>
+#include <ductile/material/step_form.hpp>
 
 namespace ductile {
 
@@ -23,17 +25,19 @@ struct DruckerPragerParameters {
 ///   friction (m* - K e) = cohesion + hardening (k + e/dilatancy)   (k stays if dilatancy = 0).
 class DruckerPrager {
 public:
-    static constexpr bool linear = false;
+    static constexpr bool linear = false, isochoric = false;
     /// Throws InputError naming the parameter that is out of its range.
     DruckerPrager(const IsotropicElasticity& elasticity, const DruckerPragerParameters& parameters);
 
     [[nodiscard]] const IsotropicElasticity& elasticity() const { return elasticity_; }
     /// The equivalent stress of von Mises at yield without mean stress.
-    [[nodiscard]] double yield_stress(double internal) const { return parameters_.cohesion + parameters_.hardening * internal; }
+    [[nodiscard]] double yield_stress(const std::array<double, 1>& internal) const {
+        return parameters_.cohesion + parameters_.hardening * internal[0];
+    }
     /// k, which off the apex is the equivalent plastic strain, too.
-    [[nodiscard]] static const InternalVariable& internal_variable() { return plastic_strain_variable; }
-    [[nodiscard]] StressReturn correct(const SymmetricTensor& trial, double internal, double) const;
-    [[nodiscard]] Tangent tangent(const SymmetricTensor& trial, double internal, double) const;
+    [[nodiscard]] static std::array<InternalVariable, 1> variables() { return {plastic_strain_variable}; }
+    [[nodiscard]] StressReturn<1> correct(const SymmetricTensor& trial, const std::array<double, 1>& internal, double) const;
+    [[nodiscard]] Tangent tangent(const SymmetricTensor& trial, const std::array<double, 1>& internal, double) const;
 
 private:
     struct Multiplier {
@@ -49,5 +53,8 @@ private:
     IsotropicElasticity elasticity_;
     DruckerPragerParameters parameters_;
 };
+
+/// As particles use it. Cells cannot: its flow changes the volume.
+[[nodiscard]] Law drucker_prager_law(const IsotropicElasticity& elasticity, const DruckerPragerParameters& parameters);
 
 } // namespace ductile

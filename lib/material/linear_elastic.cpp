@@ -1,21 +1,8 @@
-#include <ductile/base/error.hpp>
 #include <ductile/material/linear_elastic.hpp>
-
-#include <cmath>
-#include <fmt/format.h>
+#include <ductile/material/make_law.hpp>
 
 namespace ductile {
 
-IsotropicElasticity elasticity_from_young(double young, double poisson) {
-    if (!(young > 0.0 && std::isfinite(young)))
-        throw InputError(fmt::format("Young's modulus E = {}: it must be positive and finite", young));
-    if (!(poisson > -1.0 && poisson < 0.5))
-        throw InputError(fmt::format("Poisson's ratio nu = {}: it must lie between -1 and 0.5, both excluded", poisson));
-    return {.bulk_modulus = young / (3.0 * (1.0 - 2.0 * poisson)), .shear_modulus = young / (2.0 * (1.0 + poisson))};
-}
-
-double young_modulus(const IsotropicElasticity& e) {
-    return 9.0 * e.bulk_modulus * e.shear_modulus / (3.0 * e.bulk_modulus + e.shear_modulus);
-}
+Law linear_elastic_law(const IsotropicElasticity& elasticity) { return make_law(LinearElastic(elasticity)); }
 
 } // namespace ductile

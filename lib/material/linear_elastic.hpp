@@ -1,58 +1,33 @@
 #pragma once
 #include <ductile/material/elasticity.hpp>
-#include <ductile/material/internal_variable.hpp>
-#include <ductile/material/symmetric_tensor.hpp>
+#include <ductile/material/law.hpp>
+#include <ductile/material/step_form.hpp>
+
+#include <limits>
 
 namespace ductile {
 
-/// The moduli K = E/(3(1 - 2 nu)), mu = E/(2(1 + nu)). Throws InputError unless E > 0 and -1 < nu < 1/2.
-[[nodiscard]] IsotropicElasticity elasticity_from_young(double young_modulus, double poisson_ratio);
-/// E = 9 K mu/(3 K + mu)
-[[nodiscard]] double young_modulus(const IsotropicElasticity& elasticity);
-
-/// sigma = lambda tr(eps) I + 2 mu eps
-[[nodiscard]] inline SymmetricTensor elastic_stress(const IsotropicElasticity& e, const SymmetricTensor& strain) {
-    const double volumetric = e.beta() * trace(strain);
-    const double two_mu = 2.0 * e.shear_modulus;
-    return {volumetric + two_mu * strain.xx, volumetric + two_mu * strain.yy, volumetric + two_mu * strain.zz,
-            two_mu * strain.xy};
-}
-
-/// The inverse of elastic_stress.
-[[nodiscard]] inline SymmetricTensor elastic_strain(const IsotropicElasticity& e, const SymmetricTensor& stress) {
-    const double mean = trace(stress) / 3.0, volumetric = mean / (3.0 * e.bulk_modulus), shear = 0.5 / e.shear_modulus;
-    return {volumetric + shear * (stress.xx - mean), volumetric + shear * (stress.yy - mean),
-            volumetric + shear * (stress.zz - mean), shear * stress.xy};
-}
-
-/// K I (x) I + 2 mu theta (1 - I (x) I/3): the isotropic part that the tangents of all laws share (theta = 1: elasticity).
-[[nodiscard]] inline Tangent isotropic_tangent(double bulk_modulus, double shear_modulus) {
-    const double diagonal = bulk_modulus + 4.0 / 3.0 * shear_modulus, off = bulk_modulus - 2.0 / 3.0 * shear_modulus;
-    return {{{diagonal, off, off, 0.0}, {off, diagonal, off, 0.0}, {off, off, diagonal, 0.0}, {0.0, 0.0, 0.0, shear_modulus}}};
-}
-
-/// What a law makes of a trial stress.
-struct StressReturn {
-    SymmetricTensor stress = {};
-    double internal = 0.0; ///< the internal variable at the end of the step
-};
-
-/// Linear isotropic elasticity, (2.1.8) of Sulsky & Kaul; no internal variable.
+/// Linear isotropic elasticity, (2.1.8) of Sulsky & Kaul; no internal variables.
 class LinearElastic {
 public:
-    static constexpr bool linear = true;
+    static constexpr bool linear = true, isochoric = true;
     explicit LinearElastic(const IsotropicElasticity& elasticity) : elasticity_(elasticity) { check(elasticity); }
 
     [[nodiscard]] const IsotropicElasticity& elasticity() const { return elasticity_; }
-    /// Plastic strain, which stays where it is.
-    [[nodiscard]] static const InternalVariable& internal_variable() { return plastic_strain_variable; }
-    [[nodiscard]] StressReturn correct(const SymmetricTensor& trial, double internal, double) const { return {trial, internal}; }
-    [[nodiscard]] Tangent tangent(const SymmetricTensor&, double, double) const {
+    [[nodiscard]] static std::array<InternalVariable, 0> variables() { return {}; }
+    [[nodiscard]] double yield_stress(const std::array<double, 0>&) const { return std::numeric_limits<double>::infinity(); }
+    [[nodiscard]] StressReturn<0> correct(const SymmetricTensor& trial, const std::array<double, 0>&, double) const {
+        return {trial, {}};
+    }
+    [[nodiscard]] Tangent tangent(const SymmetricTensor&, const std::array<double, 0>&, double) const {
         return isotropic_tangent(elasticity_.bulk_modulus, elasticity_.shear_modulus);
     }
 
 private:
     IsotropicElasticity elasticity_;
 };
+
+/// As both carriers use it.
+[[nodiscard]] Law linear_elastic_law(const IsotropicElasticity& elasticity);
 
 } // namespace ductile

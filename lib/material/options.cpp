@@ -1,6 +1,8 @@
-#include <ductile/material/linear_elastic.hpp>
+#include <ductile/base/error.hpp>
+#include <ductile/material/elasticity.hpp>
 #include <ductile/material/options.hpp>
 
+#include <cmath>
 #include <fmt/format.h>
 #include <utility>
 
@@ -39,20 +41,20 @@ Units natural_units(const MaterialOptions& o, double length) {
     return units;
 }
 
-IsotropicElasticity make_elasticity(const MaterialOptions& o, const Units& units) {
+Law make_law(const MaterialOptions& o, const Units& units) {
     check(o.elasticity);
-    return {o.elasticity.bulk_modulus / units.stress, o.elasticity.shear_modulus / units.stress};
-}
-
-Plasticity make_plasticity(const MaterialOptions& o, const Units& units) {
+    const IsotropicElasticity elasticity{o.elasticity.bulk_modulus / units.stress, o.elasticity.shear_modulus / units.stress};
+    if (!std::isfinite(elasticity.bulk_modulus) || !std::isfinite(elasticity.shear_modulus))
+        throw InputError(
+            fmt::format("the moduli in units of the yield stress overflow: check the units of the material ({})", describe(o)));
     if (o.plasticity == PlasticityChoice::perzyna) {
         PerzynaParameters parameters = o.perzyna;
         parameters.yield_stress = o.yield_stress;
-        return PerzynaModel(parameters, units);
+        return perzyna_law(elasticity, parameters, units);
     }
     StzParameters parameters = o.stz;
     parameters.yield_stress = o.yield_stress;
-    return StzModel(parameters, units);
+    return stz_law(elasticity, parameters, units);
 }
 
 MaterialNumbers numbers_of(const MaterialOptions& o) {

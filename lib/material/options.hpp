@@ -1,8 +1,10 @@
 #pragma once
 #include <ductile/io/program.hpp>
 #include <ductile/material/elasticity.hpp>
-#include <ductile/material/plasticity.hpp>
+#include <ductile/material/law.hpp>
+#include <ductile/material/perzyna.hpp>
 #include <ductile/material/plausibility.hpp>
+#include <ductile/material/stz.hpp>
 #include <ductile/material/units.hpp>
 
 #include <string>
@@ -25,9 +27,8 @@ void declare(io::Program& program, MaterialOptions& options);
 
 /// Stress in units of the yield stress, temperature in units of e_Z/k_B (Perzyna: the internal variable is a strain, unit 1).
 [[nodiscard]] Units natural_units(const MaterialOptions& options, double length);
-/// In natural units. Throw InputError for impossible values.
-[[nodiscard]] IsotropicElasticity make_elasticity(const MaterialOptions& options, const Units& units);
-[[nodiscard]] Plasticity make_plasticity(const MaterialOptions& options, const Units& units);
+/// In natural units. Throws InputError for impossible values.
+[[nodiscard]] Law make_law(const MaterialOptions& options, const Units& units);
 
 /// For doubts(): with the yield stress as the options have it, and no density, which nothing here depends on.
 [[nodiscard]] MaterialNumbers numbers_of(const MaterialOptions& options);

@@ -1,4 +1,5 @@
 #include <ductile/base/error.hpp>
+#include <ductile/material/make_law.hpp>
 #include <ductile/material/perzyna.hpp>
 
 #include <cmath>
@@ -24,6 +25,10 @@ PerzynaModel::PerzynaModel(const PerzynaParameters& parameters, const Units& uni
     : yield_stress_(parameters.yield_stress / units.stress), hardening_(parameters.hardening_modulus / units.stress),
       reference_rate_(parameters.reference_rate * units.time), exponent_(parameters.overstress_exponent) {
     check(parameters);
+}
+
+Law perzyna_law(const IsotropicElasticity& elasticity, const PerzynaParameters& parameters, const Units& units) {
+    return make_law(elasticity, PerzynaModel(parameters, units));
 }
 
 } // namespace ductile

@@ -1,7 +1,7 @@
 #pragma once
 #include <ductile/base/simd.hpp>
-#include <ductile/material/internal_variable.hpp>
-#include <ductile/material/plastic_rates.hpp>
+#include <ductile/material/law.hpp>
+#include <ductile/material/rate_form.hpp>
 #include <ductile/material/units.hpp>
 
 namespace ductile {
@@ -26,21 +26,23 @@ class PerzynaModel {
 public:
     PerzynaModel(const PerzynaParameters& parameters, const Units& units);
 
-    template <class V> [[nodiscard, gnu::DUCTILE_ALWAYS_INLINE]] V yield_stress(const V& plastic_strain) const {
-        return V(yield_stress_) + V(hardening_) * plastic_strain;
+    template <class V> [[nodiscard, gnu::DUCTILE_ALWAYS_INLINE]] V yield_stress(const std::array<V, 1>& plastic_strain) const {
+        return V(yield_stress_) + V(hardening_) * plastic_strain[0];
     }
 
     template <class V>
-    [[nodiscard, gnu::DUCTILE_ALWAYS_INLINE]] PlasticRates<V> rates(const V& sbar, const V& plastic_strain) const {
+    [[nodiscard, gnu::DUCTILE_ALWAYS_INLINE]] PlasticRates<V, 1> rates(const V& sbar,
+                                                                       const std::array<V, 1>& plastic_strain) const {
         const V overstress = maximum(sbar / yield_stress(plastic_strain) - V(1.0), V(0.0));
         V flow = V(reference_rate_) * overstress;
         for (int k = 1; k < exponent_; ++k)
             flow = flow * overstress;
-        return {flow / sbar, flow};
+        return {flow / sbar, {flow}};
     }
 
     /// dD^pl/dsbar, zero below yield: how fast the flow relaxes the stress.
-    template <class V> [[nodiscard, gnu::DUCTILE_ALWAYS_INLINE]] V flow_slope(const V& sbar, const V& plastic_strain) const {
+    template <class V>
+    [[nodiscard, gnu::DUCTILE_ALWAYS_INLINE]] V flow_slope(const V& sbar, const std::array<V, 1>& plastic_strain) const {
         const V inverse_yield = V(1.0) / yield_stress(plastic_strain);
         const V overstress = sbar * inverse_yield - V(1.0);
         V slope = V(reference_rate_ * exponent_) * inverse_yield;
@@ -50,11 +52,15 @@ public:
     }
 
     /// kappa, whose unit is 1 in any system.
-    [[nodiscard]] static const InternalVariable& internal_variable() { return plastic_strain_variable; }
+    [[nodiscard]] static std::array<InternalVariable, 1> variables() { return {plastic_strain_variable}; }
 
 private:
     double yield_stress_, hardening_, reference_rate_;
     int exponent_;
 };
+
+/// As both carriers use it; `elasticity` in natural units. Throws InputError as check() does.
+[[nodiscard]] Law perzyna_law(const IsotropicElasticity& elasticity, const PerzynaParameters& parameters,
+                              const Units& units = si_units);
 
 } // namespace ductile

@@ -1,4 +1,5 @@
 #include <ductile/base/error.hpp>
+#include <ductile/material/make_law.hpp>
 #include <ductile/material/stz.hpp>
 
 #include <cmath>
@@ -47,6 +48,10 @@ StzModel::StzModel(const StzParameters& parameters, const Units& units)
                 .upper = parameters.formation_temperature,
                 .natural_unit = units.temperature} {
     check(parameters);
+}
+
+Law stz_law(const IsotropicElasticity& elasticity, const StzParameters& parameters, const Units& units) {
+    return make_law(elasticity, StzModel(parameters, units));
 }
 
 } // namespace ductile

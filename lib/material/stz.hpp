@@ -1,7 +1,7 @@
 #pragma once
 #include <ductile/base/simd.hpp>
-#include <ductile/material/internal_variable.hpp>
-#include <ductile/material/plastic_rates.hpp>
+#include <ductile/material/law.hpp>
+#include <ductile/material/rate_form.hpp>
 #include <ductile/material/units.hpp>
 
 namespace ductile {
@@ -42,11 +42,13 @@ public:
     StzModel(const StzParameters& parameters, const Units& units);
 
     /// Zero with a smooth corner: there is no elastic range.
-    template <class V> [[nodiscard, gnu::DUCTILE_ALWAYS_INLINE]] V yield_stress(const V&) const {
+    template <class V> [[nodiscard, gnu::DUCTILE_ALWAYS_INLINE]] V yield_stress(const std::array<V, 1>&) const {
         return V(corner_width_ > 0.0 ? 0.0 : yield_stress_);
     }
 
-    template <class V> [[nodiscard, gnu::DUCTILE_ALWAYS_INLINE]] PlasticRates<V> rates(const V& sbar, const V& chi) const {
+    template <class V>
+    [[nodiscard, gnu::DUCTILE_ALWAYS_INLINE]] PlasticRates<V, 1> rates(const V& sbar, const std::array<V, 1>& internal) const {
+        const V& chi = internal[0];
         const V inverse_product = V(1.0) / (sbar * chi); // one division serves both reciprocals
         const V inverse_sbar = inverse_product * chi;
         const V bias = V(activation_) * sbar;
@@ -57,11 +59,11 @@ public:
                                ? transition * smooth_overstress(sbar, inverse_sbar)
                                : select(sbar >= V(yield_stress_),
                                         transition * (V(1.0) - V(yield_stress_) * inverse_sbar) * inverse_sbar, V(0.0));
-        return {fluidity, V(heating_) * (sbar * sbar) * fluidity * (V(steady_) - chi)};
+        return {fluidity, {V(heating_) * (sbar * sbar) * fluidity * (V(steady_) - chi)}};
     }
 
     /// dD^pl/dsbar, zero below yield: how fast the flow relaxes the stress.
-    template <class V> [[nodiscard, gnu::DUCTILE_ALWAYS_INLINE]] V flow_slope(const V& sbar, const V& chi) const {
+    template <class V> [[nodiscard, gnu::DUCTILE_ALWAYS_INLINE]] V flow_slope(const V& sbar, const std::array<V, 1>& chi) const {
         const V inverse_sbar = V(1.0) / sbar;
         const V overstress = V(1.0) - V(yield_stress_) * inverse_sbar;
         const V flow = rates(sbar, chi).fluidity * sbar; // D^pl = transition * overstress
@@ -75,7 +77,7 @@ public:
 
     /// chi: it begins at T_base = 640 K (Table C.5), and chi_inf counts as one. Below 1 K exp(-e_Z/(k_B chi)) has no meaning
     /// left, above e_Z/k_B the zones are no longer dilute.
-    [[nodiscard]] const InternalVariable& internal_variable() const { return variable_; }
+    [[nodiscard]] std::array<InternalVariable, 1> variables() const { return {variable_}; }
 
 private:
     /// (x + sqrt(x^2 + w^2))/(2 sbar) with x = 1 - s_Y/sbar.
@@ -96,5 +98,8 @@ private:
     bool backward_jumps_;          // whether exp(-2 a sbar) counts
     InternalVariable variable_;
 };
+
+/// As both carriers use it; `elasticity` in natural units. Throws InputError as check() does.
+[[nodiscard]] Law stz_law(const IsotropicElasticity& elasticity, const StzParameters& parameters, const Units& units = si_units);
 
 } // namespace ductile

@@ -16,4 +16,7 @@ struct Units {
     bool operator==(const Units&) const = default;
 };
 
+/// SI itself, for laws of material points.
+inline constexpr Units si_units{.length = 1.0, .time = 1.0, .stress = 1.0, .temperature = 1.0};
+
 } // namespace ductile

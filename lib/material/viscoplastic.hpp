@@ -1,44 +1,48 @@
 #pragma once
-#include <ductile/material/linear_elastic.hpp>
-#include <ductile/material/perzyna.hpp>
-#include <ductile/material/plasticity.hpp>
-#include <ductile/material/stz.hpp>
+#include <ductile/material/elasticity.hpp>
+#include <ductile/material/rate_form.hpp>
+#include <ductile/material/step_form.hpp>
 
 namespace ductile {
 
-/// SI as natural units: the rate models of the quasi-static side without scaling.
-inline constexpr Units si_units{.length = 1.0, .time = 1.0, .stress = 1.0, .temperature = 1.0};
-
-/// A rate model D^pl(sbar, internal) (see plasticity.hpp) as a law of material points, in SI; sbar = sqrt(J_2).
+/// The step form of a law in rate form D^pl(sbar, internal), in its units; sbar = sqrt(J_2).
 ///
 /// Backward Euler for the stress: the deviator keeps the direction of the trial one, and its magnitude solves
 ///   sbar + 2 mu dt D^pl(sbar, internal^k) = sbar*,
 /// whose left side grows with sbar, so that Newton's method within a bracket finds the one solution. Then forward Euler for the
-/// internal variable with that sbar. First order in dt, and stable for any dt as far as the stress goes.
-template <PlasticityModel Model> class Viscoplastic {
+/// internal variables with that sbar. First order in dt, and stable for any dt as far as the stress goes.
+template <RateForm Model> class Viscoplastic {
 public:
-    static constexpr bool linear = false;
+    static constexpr bool linear = false, isochoric = true;
+    static constexpr std::size_t count = variable_count<Model>;
     Viscoplastic(const IsotropicElasticity& elasticity, const Model& model) : elasticity_(elasticity), model_(model) {
         check(elasticity);
     }
 
     [[nodiscard]] const IsotropicElasticity& elasticity() const { return elasticity_; }
-    [[nodiscard]] InternalVariable internal_variable() const { return model_.internal_variable(); }
+    [[nodiscard]] std::array<InternalVariable, count> variables() const { return model_.variables(); }
 
     /// The equivalent stress of von Mises at yield.
-    [[nodiscard]] double yield_stress(double internal) const { return std::sqrt(3.0) * model_.yield_stress(internal); }
+    [[nodiscard]] double yield_stress(const std::array<double, count>& internal) const {
+        return std::sqrt(3.0) * model_.yield_stress(internal);
+    }
 
-    [[nodiscard]] StressReturn correct(const SymmetricTensor& trial, double internal, double dt) const {
+    [[nodiscard]] StressReturn<count> correct(const SymmetricTensor& trial, const std::array<double, count>& internal,
+                                              double dt) const {
         const SymmetricTensor s = deviator(trial);
         const double magnitude = std::sqrt(0.5 * contraction(s, s));
         if (magnitude <= model_.yield_stress(internal))
             return {trial, internal};
         const double sbar = relaxed(magnitude, internal, dt);
-        return {trial - (1.0 - sbar / magnitude) * s, internal + dt * model_.rates(sbar, internal).internal};
+        StressReturn<count> end{trial - (1.0 - sbar / magnitude) * s, internal};
+        const auto rates = model_.rates(sbar, internal);
+        for (std::size_t k = 0; k < count; ++k)
+            end.internal[k] += dt * rates.internal[k];
+        return end;
     }
 
     /// With a = sbar/sbar*: K I(x)I + 2 mu a (1 - I(x)I/3) + 2 mu (1/(1 + 2 mu dt dD^pl/dsbar) - a) n(x)n, n = s*/|s*|.
-    [[nodiscard]] Tangent tangent(const SymmetricTensor& trial, double internal, double dt) const {
+    [[nodiscard]] Tangent tangent(const SymmetricTensor& trial, const std::array<double, count>& internal, double dt) const {
         const double mu = elasticity_.shear_modulus;
         const SymmetricTensor s = deviator(trial);
         const double magnitude = std::sqrt(0.5 * contraction(s, s));
@@ -57,7 +61,7 @@ public:
 
 private:
     /// The magnitude at the end of the step, between yield and trial.
-    [[nodiscard]] double relaxed(double trial, double internal, double dt) const {
+    [[nodiscard]] double relaxed(double trial, const std::array<double, count>& internal, double dt) const {
         const double viscosity = 2.0 * elasticity_.shear_modulus * dt;
         double low = model_.yield_stress(internal), high = trial, sbar = trial;
         for (int iteration = 0; iteration < 200; ++iteration) {

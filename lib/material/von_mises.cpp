@@ -1,4 +1,5 @@
 #include <ductile/base/error.hpp>
+#include <ductile/material/make_law.hpp>
 #include <ductile/material/von_mises.hpp>
 
 #include <fmt/format.h>
@@ -24,6 +25,10 @@ VonMises::VonMises(const IsotropicElasticity& elasticity, const Hardening& h) : 
     const double exhausted = h.softening > 0.0 ? h.limit_strain + strength / h.softening : infinity;
     pieces_ = {Piece{h.limit_strain, h.yield_stress, h.modulus},
                Piece{exhausted, strength + h.softening * h.limit_strain, -h.softening}, Piece{infinity, 0.0, 0.0}};
+}
+
+Law von_mises_law(const IsotropicElasticity& elasticity, const Hardening& hardening, double relaxation_time) {
+    return make_law(VonMises(elasticity, hardening), relaxation_time);
 }
 
 } // namespace ductile

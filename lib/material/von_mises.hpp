@@ -1,5 +1,7 @@
 #pragma once
-#include <ductile/material/linear_elastic.hpp>
+#include <ductile/material/elasticity.hpp>
+#include <ductile/material/law.hpp>
+#include <ductile/material/step_form.hpp>
 
 #include <array>
 
@@ -24,38 +26,39 @@ struct Hardening {
 /// of H, and s = (1 - 3 mu d/q*) s*.
 class VonMises {
 public:
-    static constexpr bool linear = false;
+    static constexpr bool linear = false, isochoric = true;
     /// Throws InputError for a yield stress that is not positive, a negative limit strain, or softening as steep as 3 mu (then a
     /// step has no unique solution).
     VonMises(const IsotropicElasticity& elasticity, const Hardening& hardening);
 
     [[nodiscard]] const IsotropicElasticity& elasticity() const { return elasticity_; }
-    [[nodiscard]] static const InternalVariable& internal_variable() { return plastic_strain_variable; }
+    [[nodiscard]] static std::array<InternalVariable, 1> variables() { return {plastic_strain_variable}; }
     /// The equivalent stress of von Mises at yield.
-    [[nodiscard]] double yield_stress(double plastic_strain) const {
-        const Piece& piece = pieces_[piece_of(plastic_strain)];
-        return piece.value + piece.slope * plastic_strain;
+    [[nodiscard]] double yield_stress(const std::array<double, 1>& plastic_strain) const {
+        const Piece& piece = pieces_[piece_of(plastic_strain[0])];
+        return piece.value + piece.slope * plastic_strain[0];
     }
 
-    [[nodiscard]] StressReturn correct(const SymmetricTensor& trial, double plastic_strain, double) const {
+    [[nodiscard]] StressReturn<1> correct(const SymmetricTensor& trial, const std::array<double, 1>& plastic_strain,
+                                          double) const {
         const SymmetricTensor s = deviator(trial);
         const double q = std::sqrt(1.5 * contraction(s, s));
         if (q <= yield_stress(plastic_strain))
             return {trial, plastic_strain};
-        const double increment = plastic_increment(q, plastic_strain).increment;
+        const double increment = plastic_increment(q, plastic_strain[0]).increment;
         const double factor = 3.0 * elasticity_.shear_modulus * increment / q;
-        return {trial - factor * s, plastic_strain + increment};
+        return {trial - factor * s, {plastic_strain[0] + increment}};
     }
 
     /// The derivative of correct(): K I(x)I + 2 mu b (1 - I(x)I/3) - 2 mu (1/(1 + H'/(3 mu)) - (1 - b)) n(x)n with b = 1 - 3 mu
     /// d/q*, n = s*/|s*|.
-    [[nodiscard]] Tangent tangent(const SymmetricTensor& trial, double plastic_strain, double) const {
+    [[nodiscard]] Tangent tangent(const SymmetricTensor& trial, const std::array<double, 1>& plastic_strain, double) const {
         const double mu = elasticity_.shear_modulus;
         const SymmetricTensor s = deviator(trial);
         const double q = std::sqrt(1.5 * contraction(s, s));
         if (q <= yield_stress(plastic_strain))
             return isotropic_tangent(elasticity_.bulk_modulus, mu);
-        const Increment step = plastic_increment(q, plastic_strain);
+        const Increment step = plastic_increment(q, plastic_strain[0]);
         const double lost = 3.0 * mu * step.increment / q;
         Tangent t = isotropic_tangent(elasticity_.bulk_modulus, mu * (1.0 - lost));
         const double direct = 2.0 * mu * (3.0 * mu / (3.0 * mu + step.slope) - lost) * 1.5 / (q * q); // n(x)n = 1.5 s(x)s/q^2
@@ -94,5 +97,8 @@ private:
     IsotropicElasticity elasticity_;
     std::array<Piece, 3> pieces_;
 };
+
+/// As both carriers use it; on cells with the given relaxation time, see duvaut_lions.hpp, in natural units if the rest is.
+[[nodiscard]] Law von_mises_law(const IsotropicElasticity& elasticity, const Hardening& hardening, double relaxation_time = 1e-3);
 
 } // namespace ductile

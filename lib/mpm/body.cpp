@@ -1,5 +1,6 @@
 #include <ductile/base/error.hpp>
 #include <ductile/mpm/body.hpp>
+#include <ductile/mpm/scene.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -57,10 +58,29 @@ bool mirrored_inside(const Grid& grid, Geometry geometry, double& x, double& y) 
 void check(const Body& body) {
     if (!(body.density > 0.0 && std::isfinite(body.density)))
         throw InputError(fmt::format("{} has the density {} kg/m^3: it must be positive and finite", body.name, body.density));
-    for (const auto& [what, value] :
-         {std::pair{"velocity in x", body.velocity_x}, {"velocity in y", body.velocity_y}, {"internal variable", body.internal}})
+    for (const auto& [what, value] : {std::pair{"velocity in x", body.velocity_x}, {"velocity in y", body.velocity_y}})
         if (!std::isfinite(value))
             throw InputError(fmt::format("{} has the {} {}: it must be finite", body.name, what, value));
+}
+
+/// Of its law's internal variables.
+std::vector<double> starts_of(const Body& body, const Scene& scene) {
+    if (body.material < 0 || body.material >= static_cast<int>(scene.materials.size()))
+        throw InputError(fmt::format("{} is of material {}, but the scene has {} materials", body.name, body.material,
+                                     scene.materials.size()));
+    const auto variables = scene.materials[static_cast<std::size_t>(body.material)].law->variables();
+    std::vector<double> starts = body.internal;
+    if (starts.empty())
+        for (const InternalVariable& variable : variables)
+            starts.push_back(variable.start / variable.natural_unit);
+    if (starts.size() != variables.size())
+        throw InputError(fmt::format("{} has {} start values of internal variables, and its law {} of them", body.name,
+                                     starts.size(), variables.size()));
+    for (std::size_t k = 0; k < starts.size(); ++k)
+        if (!variables[k].can_start_at(starts[k]))
+            throw InputError(fmt::format("{} has the {} {}: it must be {}", body.name, spoken_name(variables[k]), starts[k],
+                                         describe_range(variables[k])));
+    return starts;
 }
 
 } // namespace
@@ -81,9 +101,13 @@ Shape operator-(Shape first, Shape second) {
     return [first = std::move(first), second = std::move(second)](double x, double y) { return first(x, y) && !second(x, y); };
 }
 
-void add_body(Particles& particles, const Body& body, const Grid& grid, Geometry geometry) {
+void add_body(Particles& particles, const Body& body, const Scene& scene) {
+    const Grid& grid = scene.grid;
+    const Geometry geometry = scene.geometry;
     check(grid, geometry);
     check(body);
+    const std::vector<double> internal = starts_of(body, scene);
+    particles.provide_internal(internal.size());
     const std::size_t before = particles.size();
     const std::int64_t number = before == 0 ? 0 : *std::max_element(particles.body.begin(), particles.body.end()) + 1;
     const double half_width = 0.5 * grid.dx() / body.particles_per_side, half_height = 0.5 * grid.dy() / body.particles_per_side;
@@ -106,7 +130,8 @@ void add_body(Particles& particles, const Body& body, const Grid& grid, Geometry
         particles.mass[p] = body.density * 4.0 * half_width * half_height * (geometry == Geometry::axisymmetric ? x : 1.0);
         particles.half_width[p] = half_width;
         particles.half_height[p] = half_height;
-        particles.internal[p] = body.internal;
+        for (std::size_t k = 0; k < internal.size(); ++k)
+            particles.internal[k][p] = internal[k];
         particles.material[p] = body.material;
         particles.body[p] = number;
         particles.id[p] = static_cast<std::int64_t>(p);

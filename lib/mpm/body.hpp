@@ -22,17 +22,20 @@ struct Body {
     int material = 0; ///< number of its law in the scene
     double density = 0.0;
     double velocity_x = 0.0, velocity_y = 0.0;
-    int particles_per_side = 2;  ///< of a cell: four particles a cell by default
-    double internal = 0.0;       ///< initial value of its law's internal variable (an effective temperature is not zero)
-    std::string name = "a body"; ///< for messages
+    int particles_per_side = 2;        ///< of a cell: four particles a cell by default
+    std::vector<double> internal = {}; ///< initial values of its law's internal variables; empty: what the law starts with
+    std::string name = "a body";       ///< for messages
 };
+
+struct Scene;
 
 /// Adds the particles of a body: trial points evenly spaced in every cell of the grid, kept where they lie in the shape, each
 /// with the mass of its share of the cell (2.2.2), times its radius in axisymmetry. All must lie in the grid: throws InputError,
 /// with the extents of both, for a shape that crosses its edge (looked for as far beyond a side as the grid is wide or high), but
 /// where what lies beyond is the mirror image of what lies within, at a side that slips (a plane of symmetry) or at the axis.
-/// Throws InputError, too, when there is no particle, or when density, velocity or the number of particles a cell is impossible.
-void add_body(Particles& particles, const Body& body, const Grid& grid, Geometry geometry);
+/// Throws InputError, too, when there is no particle, or when density, velocity, internal variables or the number of particles a
+/// cell are impossible, or there is no such material.
+void add_body(Particles& particles, const Body& body, const Scene& scene);
 
 /// A rigid body: it moves with a given constant velocity, and every node that one of its points touches moves with it.
 struct RigidBody {

@@ -13,8 +13,8 @@ Energies energies_of(const Scene& scene, const Particles& particles) {
         const double vx = particles.velocity_x[p], vy = particles.velocity_y[p], mass = particles.mass[p];
         const SymmetricTensor stress{particles.stress_xx[p], particles.stress_yy[p], particles.stress_zz[p],
                                      particles.stress_xy[p]};
-        const auto& law = scene.materials[static_cast<std::size_t>(particles.material[p])].law;
-        const SymmetricTensor strain = std::visit([&](const auto& l) { return elastic_strain(l.elasticity(), stress); }, law);
+        const Law& law = scene.materials[static_cast<std::size_t>(particles.material[p])].law;
+        const SymmetricTensor strain = elastic_strain(law->elasticity(), stress);
         sum.kinetic += 0.5 * mass * (vx * vx + vy * vy);
         sum.strain += 0.5 * mass / particles.density[p] * contraction(stress, strain);
         sum.internal += mass * particles.energy[p];

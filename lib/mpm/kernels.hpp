@@ -1,5 +1,6 @@
 #pragma once
 // Private: the sums over particles; one instance for each shape function and geometry.
+#include <ductile/material/elasticity.hpp>
 #include <ductile/mpm/discretisation.hpp>
 #include <ductile/mpm/point_update.hpp>
 #include <ductile/mpm/transfer.hpp>
@@ -52,18 +53,24 @@ public:
                      std::span<double> magnitudes) const override {
         std::fill(force.begin(), force.end(), 0.0);
         std::fill(magnitudes.begin(), magnitudes.end(), 0.0);
-        visit_runs([&]<bool rotate>(const Run& run, const auto& law, std::bool_constant<rotate>) {
+        visit_runs([&]<bool rotate>(const Run& run, const Law& law, std::bool_constant<rotate>) {
             const Local v = gather(run, velocity);
             Local sum{}, magnitude{};
-            for (std::size_t p = begin(run); p < end(run); ++p) {
-                const Weights n = at(p);
-                const PointStep step =
-                    step_point<geometry, rotate>(law, stress_of(particles, p), particles.internal[p], gradient(v, n), dt);
-                const SymmetricTensor stress = volume_[p] * step.stress;
-                subtract_force(sum, n, stress);
-                if (!magnitudes.empty())
-                    add_magnitude(magnitude, n, stress);
-            }
+            for_each_batch(run, [&](std::size_t first, std::size_t count) {
+                Batch b;
+                strain<rotate>(law, particles, first, count, v, dt, b);
+                double unused[most_variables][batch];
+                double* internal_end[most_variables];
+                for (std::size_t k = 0; k < most_variables; ++k)
+                    internal_end[k] = unused[k];
+                correct(law, particles, first, count, dt, b, internal_end);
+                for (std::size_t i = 0; i < count; ++i) {
+                    const SymmetricTensor stress = volume_[first + i] * b.stress[i];
+                    subtract_force(sum, b.n[i], stress);
+                    if (!magnitudes.empty())
+                        add_magnitude(magnitude, b.n[i], stress);
+                }
+            });
             scatter(run, sum, force);
             if (!magnitudes.empty())
                 scatter(run, magnitude, magnitudes);
@@ -100,16 +107,22 @@ public:
 
     void linearise(const Particles& particles, std::span<const double> velocity, double dt) override {
         tangent_.resize(particles.size());
-        visit_runs([&]<bool rotate>(const Run& run, const auto& law, std::bool_constant<rotate>) {
+        visit_runs([&]<bool rotate>(const Run& run, const Law& law, std::bool_constant<rotate>) {
             const Local v = gather(run, velocity);
-            for (std::size_t p = begin(run); p < end(run); ++p) {
-                PointTangent t = differentiate_point<geometry, rotate>(law, stress_of(particles, p), particles.internal[p],
-                                                                       gradient(v, at(p)), dt);
-                for (auto& row : t.entry)
-                    for (double& entry : row)
-                        entry *= dt * volume_[p];
-                tangent_[p] = t;
-            }
+            for_each_batch(run, [&](std::size_t first, std::size_t count) {
+                Batch b;
+                strain<rotate>(law, particles, first, count, v, dt, b);
+                Tangent tangent[batch];
+                law->tangent(count, b.trial, internal_of(particles, first).row, dt, tangent);
+                for (std::size_t i = 0; i < count; ++i) {
+                    PointTangent t = differentiate_point<geometry, rotate>(tangent[i], b.start[i],
+                                                                           law->elasticity().shear_modulus, b.l[i], dt);
+                    for (auto& row : t.entry)
+                        for (double& entry : row)
+                            entry *= dt * volume_[first + i];
+                    tangent_[first + i] = t;
+                }
+            });
         });
     }
 
@@ -192,28 +205,32 @@ public:
     }
 
     void advance(Particles& particles, const NodalMotion& m) const override {
-        visit_runs([&]<bool rotate>(const Run& run, const auto& law, std::bool_constant<rotate>) {
+        visit_runs([&]<bool rotate>(const Run& run, const Law& law, std::bool_constant<rotate>) {
             const Local strained = gather(run, m.straining), moved = gather(run, m.motion), change = gather(run, m.increment);
             const double heat_capacity = scene_.materials[static_cast<std::size_t>(run.material)].heat_capacity;
-            for (std::size_t p = begin(run); p < end(run); ++p) {
-                const Weights n = at(p);
-                const SymmetricTensor old = stress_of(particles, p);
-                const VelocityGradient l = gradient(strained, n);
-                const PointStep step = step_point<geometry, rotate>(law, old, particles.internal[p], l, m.dt);
-                update_energies(law, particles, p, rotate ? turned(old, spin(l, m.dt)) : old, step,
-                                plane_determinant(l, m.dt) * (1.0 + step.strain.zz), heat_capacity);
-                particles.stress_xx[p] = step.stress.xx;
-                particles.stress_yy[p] = step.stress.yy;
-                particles.stress_zz[p] = step.stress.zz;
-                particles.stress_xy[p] = step.stress.xy;
-                particles.internal[p] = step.internal;
+            for_each_batch(run, [&](std::size_t first, std::size_t count) {
+                Batch b;
+                strain<rotate>(law, particles, first, count, strained, m.dt, b);
+                double* internal_end[most_variables];
+                for (std::size_t k = 0; k < particles.internal.size(); ++k)
+                    internal_end[k] = particles.internal[k].data() + first;
+                correct(law, particles, first, count, m.dt, b, internal_end);
+                for (std::size_t i = 0; i < count; ++i) {
+                    const std::size_t p = first + i;
+                    update_energies(law, particles, p, b, i, plane_determinant(b.l[i], m.dt) * (1.0 + b.strain[i].zz),
+                                    heat_capacity);
+                    particles.stress_xx[p] = b.stress[i].xx;
+                    particles.stress_yy[p] = b.stress[i].yy;
+                    particles.stress_zz[p] = b.stress[i].zz;
+                    particles.stress_xy[p] = b.stress[i].xy;
 
-                const Vector v = value_of(moved, n), dv = value_of(change, n);
-                particles.x[p] += m.dt * v.x;
-                particles.y[p] += m.dt * v.y;
-                particles.velocity_x[p] = m.replace_velocity ? v.x : particles.velocity_x[p] + dv.x;
-                particles.velocity_y[p] = m.replace_velocity ? v.y : particles.velocity_y[p] + dv.y;
-            }
+                    const Vector v = value_of(moved, b.n[i]), dv = value_of(change, b.n[i]);
+                    particles.x[p] += m.dt * v.x;
+                    particles.y[p] += m.dt * v.y;
+                    particles.velocity_x[p] = m.replace_velocity ? v.x : particles.velocity_x[p] + dv.x;
+                    particles.velocity_y[p] = m.replace_velocity ? v.y : particles.velocity_y[p] + dv.y;
+                }
+            });
         });
     }
 
@@ -242,6 +259,14 @@ private:
         [[nodiscard]] double value(int k) const { return x.w[k % support] * y.w[k / support]; }
     };
 
+    static constexpr std::size_t batch = 16;
+    /// Particles in a step, with Jaumann's turn of their old stress in `start`.
+    struct Batch {
+        Weights n[batch];
+        VelocityGradient l[batch];
+        SymmetricTensor start[batch], strain[batch], trial[batch], stress[batch];
+    };
+
     static std::size_t begin(const Run& run) { return static_cast<std::size_t>(run.begin); }
     static std::size_t end(const Run& run) { return static_cast<std::size_t>(run.end); }
 
@@ -251,17 +276,55 @@ private:
             for (std::size_t first = 0, last = 0; first < runs.size(); first = last) {
                 while (last < runs.size() && runs[last].material == runs[first].material)
                     ++last;
-                std::visit(
-                    [&](const auto& law) {
-                        for (const Run& run : runs.subspan(first, last - first))
-                            if (scene_.finite_rotation)
-                                kernel(run, law, std::true_type{});
-                            else
-                                kernel(run, law, std::false_type{});
-                    },
-                    scene_.materials[static_cast<std::size_t>(runs[first].material)].law);
+                const Law& law = scene_.materials[static_cast<std::size_t>(runs[first].material)].law;
+                for (const Run& run : runs.subspan(first, last - first))
+                    if (scene_.finite_rotation)
+                        kernel(run, law, std::true_type{});
+                    else
+                        kernel(run, law, std::false_type{});
             }
         });
+    }
+
+    /// Calls `visit(first, count)` for the particles of a run, as many at a time as a Batch holds.
+    [[gnu::DUCTILE_ALWAYS_INLINE]] static void for_each_batch(const Run& run, const auto& visit) {
+        for (std::size_t first = begin(run); first < end(run); first += batch)
+            visit(first, std::min(batch, end(run) - first));
+    }
+
+    struct InternalArrays {
+        const double* row[most_variables];
+    };
+    static InternalArrays internal_of(const Particles& particles, std::size_t first) {
+        InternalArrays arrays;
+        for (std::size_t k = 0; k < particles.internal.size(); ++k)
+            arrays.row[k] = particles.internal[k].data() + first;
+        return arrays;
+    }
+
+    /// The trial stress (2.2.21) of `count` particles in a step of dt seconds with the velocity v at the nodes.
+    template <bool rotate>
+    void strain(const Law& law, const Particles& particles, std::size_t first, std::size_t count, const Local& v, double dt,
+                Batch& b) const {
+        for (std::size_t i = 0; i < count; ++i) {
+            b.n[i] = at(first + i);
+            b.l[i] = gradient(v, b.n[i]);
+            const SymmetricTensor old = stress_of(particles, first + i);
+            b.start[i] = rotate ? turned(old, spin(b.l[i], dt)) : old;
+            b.strain[i] = strain_increment<geometry>(b.l[i], dt);
+        }
+        if constexpr (geometry == Geometry::plane_stress)
+            law->release_thickness(count, b.start, internal_of(particles, first).row, dt, b.strain);
+        for (std::size_t i = 0; i < count; ++i)
+            b.trial[i] = b.start[i] + elastic_stress(law->elasticity(), b.strain[i]);
+    }
+
+    static void correct(const Law& law, const Particles& particles, std::size_t first, std::size_t count, double dt, Batch& b,
+                        Arrays internal_end) {
+        if (law->linear())
+            std::copy_n(b.trial, count, b.stress);
+        else
+            law->correct(count, b.trial, internal_of(particles, first).row, dt, b.stress, internal_end);
     }
 
     [[gnu::DUCTILE_ALWAYS_INLINE]] Weights at(std::size_t p) const {
@@ -404,24 +467,23 @@ private:
             return dt * l.hoop;
         const SymmetricTensor old = stress_of(particles, p);
         const SymmetricTensor start = scene_.finite_rotation ? turned(old, spin(l, dt)) : old;
-        return std::visit(
-            [&](const auto& law) { return strain_increment<geometry>(law, start, particles.internal[p], l, dt).zz; },
-            scene_.materials[static_cast<std::size_t>(particles.material[p])].law);
+        SymmetricTensor strain = strain_increment<geometry>(l, dt);
+        scene_.materials[static_cast<std::size_t>(particles.material[p])].law->release_thickness(
+            1, &start, internal_of(particles, p).row, dt, &strain);
+        return strain.zz;
     }
 
     /// `determinant` is that of the step's deformation.
-    template <class Law>
-    static void update_energies(const Law& law, Particles& particles, std::size_t p, const SymmetricTensor& start,
-                                const PointStep& step, double determinant, double heat_capacity) {
+    static void update_energies(const Law& law, Particles& particles, std::size_t p, const Batch& b, std::size_t i,
+                                double determinant, double heat_capacity) {
         const double density = particles.density[p];
         // the stress of (2.2.16) is the mean of the step's: second order
-        particles.energy[p] += 0.5 * contraction(start + step.stress, step.strain) / density;
+        particles.energy[p] += 0.5 * contraction(b.start[i] + b.stress[i], b.strain[i]) / density;
         particles.density[p] = density / determinant;
-        if constexpr (!Law::linear)
-            if (heat_capacity > 0.0) {
-                const SymmetricTensor plastic = step.strain - elastic_strain(law.elasticity(), step.stress - start);
-                particles.temperature[p] += contraction(step.stress, plastic) / (particles.density[p] * heat_capacity);
-            }
+        if (heat_capacity > 0.0 && !law->linear()) {
+            const SymmetricTensor plastic = b.strain[i] - elastic_strain(law->elasticity(), b.stress[i] - b.start[i]);
+            particles.temperature[p] += contraction(b.stress[i], plastic) / (particles.density[p] * heat_capacity);
+        }
     }
 
     const Scene& scene_;

@@ -52,7 +52,7 @@ void MomentumBalance::prepare(State& state, double dt) {
 double MomentumBalance::paper_scale() const {
     double young = 0.0;
     for (const Material& material : scene_.materials)
-        young = std::max(young, std::visit([](const auto& law) { return young_modulus(law.elasticity()); }, material.law));
+        young = std::max(young, young_modulus(material.law->elasticity()));
     return young * scene_.grid.dx() * scene_.grid.dy() * dt_;
 }
 

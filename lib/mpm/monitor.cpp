@@ -13,7 +13,7 @@ namespace {
 double largest_young_modulus(const Scene& scene) {
     double largest = 0.0;
     for (const Material& material : scene.materials)
-        largest = std::max(largest, std::visit([](const auto& law) { return young_modulus(law.elasticity()); }, material.law));
+        largest = std::max(largest, young_modulus(material.law->elasticity()));
     return largest;
 }
 

@@ -137,7 +137,7 @@ double target_step(const Options& o, const Scene& scene, const State& start) {
 double largest_poisson_ratio(const Scene& scene) {
     double largest = 0.0;
     for (const Material& material : scene.materials) {
-        const IsotropicElasticity e = std::visit([](const auto& law) { return law.elasticity(); }, material.law);
+        const IsotropicElasticity& e = material.law->elasticity();
         largest = std::max(largest, 0.5 * e.beta() / (e.beta() + e.shear_modulus));
     }
     return scene.geometry == Geometry::plane_stress ? 0.0 : largest;

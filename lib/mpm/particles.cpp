@@ -20,6 +20,11 @@ void Particles::resize(std::size_t count) {
         array->resize(count, 0);
 }
 
+void Particles::provide_internal(std::size_t variables) {
+    while (internal.size() < variables)
+        internal.emplace_back(size(), 0.0);
+}
+
 void Particles::permute(std::span<const std::int32_t> order) {
     aligned_vector<double> numbers;
     for (const auto& [name, array] : named_arrays(*this))

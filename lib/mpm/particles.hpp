@@ -4,7 +4,9 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <fmt/format.h>
 #include <span>
+#include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -17,7 +19,7 @@ struct Particles {
     aligned_vector<double> x, y, velocity_x, velocity_y;
     aligned_vector<double> mass, density;
     aligned_vector<double> stress_xx, stress_yy, stress_zz, stress_xy; ///< Cauchy stress
-    aligned_vector<double> internal;                                   ///< the internal variable of the point's law
+    std::vector<aligned_vector<double>> internal;                      ///< [k]: the k-th internal variable of the point's law
     aligned_vector<double> energy;                                     ///< internal energy per mass, (2.2.16) [J/kg]
     aligned_vector<double> temperature;                                ///< above the initial one, by plastic work, (2.3.5) [K]
     aligned_vector<double> half_width, half_height;                    ///< of the point's initial cell, for GIMP
@@ -27,6 +29,8 @@ struct Particles {
 
     [[nodiscard]] std::size_t size() const { return x.size(); }
     void resize(std::size_t count);
+    /// Room for as many internal variables as a law has, if there is less; new ones are zero.
+    void provide_internal(std::size_t variables);
     /// New place n holds what was at place order[n].
     void permute(std::span<const std::int32_t> order);
     [[nodiscard]] std::size_t memory_bytes() const;
@@ -34,22 +38,23 @@ struct Particles {
 
 /// The arrays by their names in checkpoints; `P` is Particles, const or not.
 template <class P> [[nodiscard]] auto named_arrays(P& p) {
-    using Entry = std::pair<std::string_view, decltype(&p.x)>;
-    return std::array{Entry{"x", &p.x},
-                      Entry{"y", &p.y},
-                      Entry{"velocity_x", &p.velocity_x},
-                      Entry{"velocity_y", &p.velocity_y},
-                      Entry{"mass", &p.mass},
-                      Entry{"density", &p.density},
-                      Entry{"stress_xx", &p.stress_xx},
-                      Entry{"stress_yy", &p.stress_yy},
-                      Entry{"stress_zz", &p.stress_zz},
-                      Entry{"stress_xy", &p.stress_xy},
-                      Entry{"internal", &p.internal},
-                      Entry{"energy", &p.energy},
-                      Entry{"temperature", &p.temperature},
-                      Entry{"half_width", &p.half_width},
-                      Entry{"half_height", &p.half_height}};
+    std::vector<std::pair<std::string, decltype(&p.x)>> arrays{{"x", &p.x},
+                                                               {"y", &p.y},
+                                                               {"velocity_x", &p.velocity_x},
+                                                               {"velocity_y", &p.velocity_y},
+                                                               {"mass", &p.mass},
+                                                               {"density", &p.density},
+                                                               {"stress_xx", &p.stress_xx},
+                                                               {"stress_yy", &p.stress_yy},
+                                                               {"stress_zz", &p.stress_zz},
+                                                               {"stress_xy", &p.stress_xy},
+                                                               {"energy", &p.energy},
+                                                               {"temperature", &p.temperature},
+                                                               {"half_width", &p.half_width},
+                                                               {"half_height", &p.half_height}};
+    for (std::size_t k = 0; k < p.internal.size(); ++k)
+        arrays.emplace_back(fmt::format("internal_{}", k + 1), &p.internal[k]);
+    return arrays;
 }
 template <class P> [[nodiscard]] auto named_integer_arrays(P& p) {
     using Entry = std::pair<std::string_view, decltype(&p.id)>;

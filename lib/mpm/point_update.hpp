@@ -1,7 +1,7 @@
 #pragma once
-// Private: the kernels of a material point; templates that the discretisations instantiate.
+// Private: the kinematics of a material point; templates that the discretisations instantiate.
 #include <ductile/base/simd.hpp>
-#include <ductile/material/stress_law.hpp>
+#include <ductile/material/symmetric_tensor.hpp>
 #include <ductile/mpm/grid.hpp>
 
 #include <algorithm>
@@ -11,12 +11,6 @@ namespace ductile::mpm {
 /// The gradient of the velocity at a particle: xy = d(v_x)/dy; hoop = v_r/r in axisymmetry.
 struct VelocityGradient {
     double xx = 0.0, xy = 0.0, yx = 0.0, yy = 0.0, hoop = 0.0;
-};
-
-/// What a step makes of a point.
-struct PointStep {
-    SymmetricTensor stress, strain; ///< sigma^L, and the strain increment with its out-of-plane part
-    double internal = 0.0;
 };
 
 /// Jaumann's rate over a step: the stress turned by the angle a with tan(a/2) = w/2, where w = dt (d(v_y)/dx - d(v_x)/dy)/2 is
@@ -32,32 +26,12 @@ struct PointStep {
 
 [[gnu::DUCTILE_ALWAYS_INLINE]] inline double spin(const VelocityGradient& l, double dt) { return 0.5 * dt * (l.yx - l.xy); }
 
-/// The out-of-plane strain increment that leaves sigma_zz = 0: exact at once where the law stays elastic, by Newton's method with
-/// the consistent tangent otherwise.
-template <class Law>
-double plane_stress_strain(const Law& law, const SymmetricTensor& start, SymmetricTensor strain, double internal, double dt) {
-    const IsotropicElasticity& elasticity = law.elasticity();
-    strain.zz = -(elasticity.beta() * (strain.xx + strain.yy) + start.zz) / elasticity.alpha();
-    if constexpr (!Law::linear)
-        for (int iteration = 0; iteration < 50; ++iteration) {
-            const SymmetricTensor trial = start + elastic_stress(elasticity, strain);
-            const double excess = law.correct(trial, internal, dt).stress.zz;
-            if (std::abs(excess) <= 1e-13 * equivalent_stress(trial))
-                break;
-            strain.zz -= excess / law.tangent(trial, internal, dt).entry[2][2];
-        }
-    return strain.zz;
-}
-
-/// The strain increment (2.2.18)-(2.2.20), taken from the velocity of the end of the step, with its out-of-plane part.
-template <Geometry geometry, class Law>
-[[gnu::DUCTILE_ALWAYS_INLINE]] inline SymmetricTensor strain_increment(const Law& law, const SymmetricTensor& start,
-                                                                       double internal, const VelocityGradient& l, double dt) {
+/// The strain increment (2.2.18)-(2.2.20), taken from the velocity of the end of the step; plane stress adds its zz.
+template <Geometry geometry>
+[[gnu::DUCTILE_ALWAYS_INLINE]] inline SymmetricTensor strain_increment(const VelocityGradient& l, double dt) {
     SymmetricTensor strain{dt * l.xx, dt * l.yy, 0.0, 0.5 * dt * (l.xy + l.yx)};
     if constexpr (geometry == Geometry::axisymmetric)
         strain.zz = dt * l.hoop;
-    if constexpr (geometry == Geometry::plane_stress)
-        strain.zz = plane_stress_strain(law, start, strain, internal, dt);
     return strain;
 }
 
@@ -82,16 +56,6 @@ template <Geometry geometry, class Law>
     return out_of_plane > 0.0 ? end * out_of_plane : out_of_plane;
 }
 
-/// The stress update (2.2.21) of a step of dt seconds.
-template <Geometry geometry, bool rotate, class Law>
-[[gnu::DUCTILE_ALWAYS_INLINE]] inline PointStep step_point(const Law& law, const SymmetricTensor& old, double internal,
-                                                           const VelocityGradient& l, double dt) {
-    const SymmetricTensor start = rotate ? turned(old, spin(l, dt)) : old;
-    const SymmetricTensor strain = strain_increment<geometry>(law, start, internal, l, dt);
-    const StressReturn end = law.correct(start + elastic_stress(law.elasticity(), strain), internal, dt);
-    return {end.stress, strain, end.internal};
-}
-
 /// The derivative of the stress at the end of a step with respect to the velocity gradient times dt: rows xx, yy, xy (and hoop),
 /// columns xx, xy, yx, yy (and hoop).
 template <Geometry geometry> struct GradientTangent {
@@ -101,15 +65,12 @@ template <Geometry geometry> struct GradientTangent {
     double entry[rows][columns];
 };
 
-/// With the derivative D of the law, D : d(strain) is one part; turning the old stress is the other: its derivative with respect
-/// to the angle is a deviator d, which acts like the strain increment d/(2 mu).
-template <Geometry geometry, bool rotate, class Law>
-GradientTangent<geometry> differentiate_point(const Law& law, const SymmetricTensor& old, double internal,
-                                              const VelocityGradient& l, double dt) {
+/// With the derivative `d` of the law, d : d(strain) is one part; turning the old stress to `start` is the other: its derivative
+/// with respect to the angle is a deviator x, which acts like the strain increment x/(2 mu).
+template <Geometry geometry, bool rotate>
+GradientTangent<geometry> differentiate_point(Tangent d, const SymmetricTensor& start, double mu, const VelocityGradient& l,
+                                              double dt) {
     const double w = spin(l, dt);
-    const SymmetricTensor start = rotate ? turned(old, w) : old;
-    const SymmetricTensor strain = strain_increment<geometry>(law, start, internal, l, dt);
-    Tangent d = law.tangent(start + elastic_stress(law.elasticity(), strain), internal, dt);
     if constexpr (geometry == Geometry::plane_stress) { // sigma_zz = 0 eliminates the strain zz
         const Tangent full = d;
         for (int i = 0; i < 4; ++i)
@@ -118,7 +79,6 @@ GradientTangent<geometry> differentiate_point(const Law& law, const SymmetricTen
     }
     GradientTangent<geometry> t;
     constexpr int row_of[4] = {0, 1, 3, 2}; // xx, yy, xy, zz among the rows of the law
-    const double mu = law.elasticity().shear_modulus;
     const double angle_slope = 1.0 / (1.0 + 0.25 * w * w);
     for (int r = 0; r < GradientTangent<geometry>::rows; ++r) {
         const double* const row = d.entry[row_of[r]];

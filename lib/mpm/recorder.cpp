@@ -17,23 +17,27 @@ namespace {
 /// The internal variables of the scene's laws, each name once.
 std::vector<InternalVariable> internal_variables(const Scene& scene) {
     std::vector<InternalVariable> all;
-    for (const Material& material : scene.materials) {
-        const InternalVariable variable = internal_variable(material.law);
-        if (std::ranges::none_of(all, [&](const InternalVariable& known) { return known.name == variable.name; }))
-            all.push_back(variable);
-    }
+    for (const Material& material : scene.materials)
+        for (const InternalVariable& variable : material.law->variables())
+            if (std::ranges::none_of(all, [&](const InternalVariable& known) { return known.name == variable.name; }))
+                all.push_back(variable);
     return all;
 }
 
 /// Its values at all particles; NaN where the law has another.
 std::vector<double> values_of(const InternalVariable& variable, const Scene& scene, const Particles& particles) {
-    std::vector<bool> has;
-    for (const Material& material : scene.materials)
-        has.push_back(internal_variable(material.law).name == variable.name);
-    std::vector<double> values(particles.size());
-    for (std::size_t p = 0; p < values.size(); ++p)
-        values[p] = has[static_cast<std::size_t>(particles.material[p])] ? particles.internal[p]
-                                                                         : std::numeric_limits<double>::quiet_NaN();
+    std::vector<std::size_t> place; // among the variables of each law
+    for (const Material& material : scene.materials) {
+        const auto variables = material.law->variables();
+        place.push_back(
+            static_cast<std::size_t>(std::ranges::find(variables, variable.name, &InternalVariable::name) - variables.begin()));
+    }
+    std::vector<double> values(particles.size(), std::numeric_limits<double>::quiet_NaN());
+    for (std::size_t p = 0; p < values.size(); ++p) {
+        const auto m = static_cast<std::size_t>(particles.material[p]);
+        if (place[m] < scene.materials[m].law->variables().size())
+            values[p] = particles.internal[place[m]][p];
+    }
     return values;
 }
 

@@ -34,7 +34,7 @@ struct RunOptions {
 };
 
 /// The number of these programs' checkpoint format, raised when its content changes.
-inline constexpr int checkpoint_format = 4;
+inline constexpr int checkpoint_format = 5;
 
 /// The state a checkpoint holds; `start` is the program's own initial state. Throws InputError unless its particles are as many.
 [[nodiscard]] State read_state(const io::CheckpointReader& checkpoint, const State& start);

@@ -9,15 +9,14 @@
 namespace ductile::mpm {
 
 bool is_linear(const Scene& scene) {
-    return !scene.finite_rotation && std::all_of(scene.materials.begin(), scene.materials.end(), [](const Material& material) {
-        return std::visit([](const auto& law) { return law.linear; }, material.law);
-    });
+    return !scene.finite_rotation && std::all_of(scene.materials.begin(), scene.materials.end(),
+                                                 [](const Material& material) { return material.law->linear(); });
 }
 
 double fastest_wave(const Scene& scene, const Particles& particles) {
     std::vector<double> modulus;
     for (const Material& material : scene.materials) {
-        const IsotropicElasticity e = std::visit([](const auto& law) { return law.elasticity(); }, material.law);
+        const IsotropicElasticity& e = material.law->elasticity();
         modulus.push_back(scene.geometry == Geometry::plane_stress ? e.alpha() - e.beta() * e.beta() / e.alpha() : e.alpha());
     }
     double largest = 0.0;
@@ -29,7 +28,7 @@ double fastest_wave(const Scene& scene, const Particles& particles) {
 double largest_wave_speed(const Scene& scene, const Particles& particles) {
     std::vector<double> young;
     for (const Material& material : scene.materials)
-        young.push_back(std::visit([](const auto& law) { return young_modulus(law.elasticity()); }, material.law));
+        young.push_back(young_modulus(material.law->elasticity()));
     double largest = 0.0;
     for (std::size_t p = 0; p < particles.size(); ++p)
         largest = std::max(largest, young[static_cast<std::size_t>(particles.material[p])] / particles.density[p]);
@@ -46,28 +45,29 @@ std::vector<MaterialNumbers> material_numbers(const Scene& scene, const Particle
         MaterialNumbers numbers{.name = scene.materials.size() > 1 ? fmt::format("material {}", m) : "the material",
                                 .heat_capacity = scene.materials[m].heat_capacity,
                                 .speed = rigid_speed};
-        double internal = 0.0;
+        std::vector<double> internal(scene.materials[m].law->variables().size());
         bool used = false;
         for (std::size_t p = 0; p < particles.size(); ++p)
             if (particles.material[p] == static_cast<std::int64_t>(m)) {
                 numbers.density = used ? std::min(numbers.density, particles.density[p]) : particles.density[p];
                 numbers.speed = std::max(numbers.speed, std::hypot(particles.velocity_x[p], particles.velocity_y[p]));
-                internal = particles.internal[p];
+                for (std::size_t k = 0; k < internal.size(); ++k)
+                    internal[k] = particles.internal[k][p];
                 used = true;
             }
         if (!used)
             continue;
-        std::visit(
-            [&](const auto& law) {
-                const IsotropicElasticity& e = law.elasticity();
-                numbers.young_modulus = young_modulus(e);
-                numbers.poisson_ratio = 0.5 * e.beta() / (e.beta() + e.shear_modulus);
-                if constexpr (requires { law.yield_stress(internal); }) {
-                    numbers.yield_stress = law.yield_stress(internal);
-                    numbers.hardening = (law.yield_stress(internal + 1e-3) - numbers.yield_stress) / 1e-3;
-                }
-            },
-            scene.materials[m].law);
+        const Law& law = scene.materials[m].law;
+        const IsotropicElasticity& e = law->elasticity();
+        numbers.young_modulus = young_modulus(e);
+        numbers.poisson_ratio = 0.5 * e.beta() / (e.beta() + e.shear_modulus);
+        if (const double yield = law->equivalent_yield_stress(internal); std::isfinite(yield)) {
+            numbers.yield_stress = yield;
+            if (!internal.empty()) {
+                internal[0] += 1e-3;
+                numbers.hardening = (law->equivalent_yield_stress(internal) - yield) / 1e-3;
+            }
+        }
         all.push_back(numbers);
     }
     return all;
@@ -136,6 +136,11 @@ void check(const Scene& scene, const Particles& particles, std::span<const Rigid
             throw InputError(fmt::format("material {} has the heat capacity {} J/(kg K): it must be zero (none) or positive, and "
                                          "finite",
                                          m, scene.materials[m].heat_capacity));
+    for (const Material& material : scene.materials)
+        if (const std::size_t wanted = material.law->variables().size(); particles.internal.size() < wanted)
+            throw InputError(fmt::format("a law of the scene has {} internal variables, the particles have room for {}: use "
+                                         "Particles::provide_internal()",
+                                         wanted, particles.internal.size()));
     check_lengths(particles);
     for (std::size_t p = 0; p < particles.size(); ++p) {
         if (particles.material[p] < 0 || particles.material[p] >= static_cast<std::int64_t>(scene.materials.size()))

@@ -1,6 +1,6 @@
 #pragma once
+#include <ductile/material/law.hpp>
 #include <ductile/material/plausibility.hpp>
-#include <ductile/material/stress_law.hpp>
 #include <ductile/mpm/body.hpp>
 #include <ductile/mpm/grid.hpp>
 
@@ -16,7 +16,7 @@ enum class ShapeFunction { linear, gimp, bspline };
 
 /// A law and what else belongs to a material.
 struct Material {
-    AnyStressLaw law;
+    Law law;                    ///< in SI
     double heat_capacity = 0.0; ///< per mass, c of (2.3.5) [J/(kg K)]; 0: the temperature stays
 };
 

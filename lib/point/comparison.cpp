@@ -7,7 +7,6 @@
 #include <fmt/format.h>
 #include <iterator>
 #include <limits>
-#include <variant>
 #include <vector>
 
 namespace ductile::point {
@@ -27,14 +26,14 @@ double deviatoric_magnitude(const State& y) { return std::hypot(y[1], y[2], std:
 
 } // namespace
 
-Run measure(const MaterialPoint& point, const GradientHistory& history, const State& start, Method method, double tolerance) {
+Run measure(const Law& law, const GradientHistory& history, const State& start, Method method, double tolerance) {
     Run run{.method = method, .tolerance = tolerance, .wall_seconds = std::numeric_limits<double>::infinity()};
     for (int repeat = 0; repeat < 3; ++repeat) {
         Timer timer;
-        run.trajectory = integrate(point, history, start, method, tolerance);
+        run.trajectory = integrate(law, history, start, method, tolerance);
         run.wall_seconds = std::min(run.wall_seconds, timer.lap());
     }
-    run.largest_error = largest_error(point, history, run.trajectory);
+    run.largest_error = largest_error(law, history, run.trajectory);
     return run;
 }
 
@@ -59,20 +58,22 @@ std::string work_precision_csv(std::span<const Run> runs) {
     return text;
 }
 
-std::string trajectories_csv(const MaterialPoint& point, const GradientHistory& history, const Units& units,
-                             std::span<const Run> runs) {
-    const InternalVariable internal = internal_variable(point.plasticity);
-    std::string text = "method,tolerance,time_s,accumulated_shear_strain,pressure_Pa,s_Pa,tau_Pa,q_Pa,deviatoric_magnitude_Pa," +
-                       column_name(internal) + "\n";
+std::string trajectories_csv(const Law& law, const GradientHistory& history, const Units& units, std::span<const Run> runs) {
+    std::string text = "method,tolerance,time_s,accumulated_shear_strain,pressure_Pa,s_Pa,tau_Pa,q_Pa,deviatoric_magnitude_Pa";
+    for (const InternalVariable& variable : law->variables())
+        text += "," + column_name(variable);
+    text += "\n";
     for (const Run& run : runs) {
         const Trajectory& trajectory = run.trajectory;
         const std::vector<double> strain = strains(history, trajectory);
         for (std::size_t i = 0; i < trajectory.time.size(); ++i) {
             const State& y = trajectory.state[i];
-            fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{},{},{},{}\n", name(run.method), run.tolerance,
+            fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{},{},{}", name(run.method), run.tolerance,
                            trajectory.time[i] * units.time, strain[i], y[0] * units.stress, y[1] * units.stress,
-                           y[2] * units.stress, y[3] * units.stress, deviatoric_magnitude(y) * units.stress,
-                           y[4] * internal.natural_unit);
+                           y[2] * units.stress, y[3] * units.stress, deviatoric_magnitude(y) * units.stress);
+            for (std::size_t k = 4; k < y.size(); ++k)
+                fmt::format_to(std::back_inserter(text), ",{}", y[k] * law->variables()[k - 4].natural_unit);
+            text += "\n";
         }
     }
     return text;

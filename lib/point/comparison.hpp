@@ -16,8 +16,7 @@ struct Run {
     double wall_seconds = 0.0;  ///< the fastest of three
 };
 
-[[nodiscard]] Run measure(const MaterialPoint& point, const GradientHistory& history, const State& start, Method method,
-                          double tolerance);
+[[nodiscard]] Run measure(const Law& law, const GradientHistory& history, const State& start, Method method, double tolerance);
 
 /// The work-precision table for the terminal: one line a run, below the heading.
 [[nodiscard]] std::string table_heading();
@@ -27,7 +26,7 @@ struct Run {
 [[nodiscard]] std::string work_precision_csv(std::span<const Run> runs);
 
 /// A row a step of every run, in SI.
-[[nodiscard]] std::string trajectories_csv(const MaterialPoint& point, const GradientHistory& history, const Units& units,
+[[nodiscard]] std::string trajectories_csv(const Law& law, const GradientHistory& history, const Units& units,
                                            std::span<const Run> runs);
 
 /// sbar over the accumulated shear strain, drawn for the terminal: the run with the most steps. There must be a run.

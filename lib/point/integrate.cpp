@@ -6,33 +6,17 @@
 #include <ductile/sundials/erk.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <fmt/format.h>
-#include <optional>
 #include <span>
-#include <variant>
 
 namespace ductile::point {
 
 namespace {
 
-template <class M>
-State rate_of(const IsotropicElasticity& c, const M& model, const VelocityGradient<double>& g, const State& y) {
-    const auto [p, s, tau, q, internal] = y;
-    const StressComponents<double> elastic = elastic_rate(c, g);
-    const double turn = g.uy - g.vx;
-    const FlowState<double> source{elastic.s + turn * tau, elastic.tau - turn * s, elastic.q, 0.0};
-    const FlowState<double> slope = FlowRate<M, double>{model, 2.0 * c.shear_modulus, source}({s, tau, q, internal});
-    return {elastic.p, slope[0], slope[1], slope[2], slope[3]};
-}
-
-sundials::RightHandSide right_hand_side(const MaterialPoint& point, const VelocityGradient<double>& gradient) {
-    const auto with_model = [&](const auto& model) -> sundials::RightHandSide {
-        return [&point, &model, gradient](double, std::span<const double> y, std::span<double> slope) {
-            std::ranges::copy(rate_of(point.elasticity, model, gradient, {y[0], y[1], y[2], y[3], y[4]}), slope.begin());
-        };
-    };
-    return std::visit(with_model, point.plasticity);
+sundials::RightHandSide right_hand_side(const Law& law, const VelocityGradient<double>& gradient) {
+    return [law, gradient](double, std::span<const double> y, std::span<double> slope) { rate(law, gradient, y, slope); };
 }
 
 /// Appends the steps of a segment that begins at the last time of the trajectory.
@@ -42,7 +26,7 @@ public:
 
     void operator()(double t, std::span<const double> y) const {
         trajectory_.time.push_back(start_ + t);
-        trajectory_.state.push_back({y[0], y[1], y[2], y[3], y[4]});
+        trajectory_.state.emplace_back(y.begin(), y.end());
     }
 
 private:
@@ -50,22 +34,32 @@ private:
     double start_;
 };
 
-void append_rk21(const MaterialPoint& point, const Segment& segment, double tolerance, Trajectory& trajectory) {
+/// Of a law with n internal variables.
+template <std::size_t n> void append_rk21(const Law& law, const Segment& segment, double tolerance, Trajectory& trajectory) {
+    if (law->variables().size() != n) {
+        if constexpr (n < most_variables)
+            append_rk21<n + 1>(law, segment, tolerance, trajectory);
+        return;
+    }
+    using Point = std::array<double, 4 + n>;
     const Appender append(trajectory);
-    State y = trajectory.state.back();
+    Point y;
+    std::ranges::copy(trajectory.state.back(), y.begin());
     Rk21Counts counts;
     double t = 0.0;
-    const auto observe = [&](bool accepted, double h, const State& state) {
+    const auto observe = [&](bool accepted, double h, const Point& state) {
         if (!accepted)
             return;
         t = std::min(t + h, segment.duration);
         append(t, state);
     };
-    const auto with_model = [&](const auto& model) {
-        integrate_rk21([&](const State& x) { return rate_of(point.elasticity, model, segment.gradient, x); }, y, true,
-                       segment.duration, {.absolute_tolerance = tolerance, .relative_tolerance = tolerance}, counts, observe);
+    const auto f = [&](const Point& state) {
+        Point slope;
+        rate(law, segment.gradient, state, slope);
+        return slope;
     };
-    std::visit(with_model, point.plasticity);
+    integrate_rk21(f, y, true, segment.duration, {.absolute_tolerance = tolerance, .relative_tolerance = tolerance}, counts,
+                   observe);
     if (counts.failed)
         throw RunError(fmt::format("the step shrank to nothing at t = {:.6g}: the rates are not finite or hopelessly stiff",
                                    trajectory.time.back()));
@@ -109,11 +103,11 @@ sundials::ErkOptions erk_options(Method method, double tolerance) {
     return options;
 }
 
-void append(const MaterialPoint& point, const Segment& segment, Method method, double tolerance, Trajectory& trajectory) {
+void append(const Law& law, const Segment& segment, Method method, double tolerance, Trajectory& trajectory) {
     if (method == Method::rk21)
-        return append_rk21(point, segment, tolerance, trajectory);
-    const sundials::RightHandSide f = right_hand_side(point, segment.gradient);
-    const std::size_t size = std::tuple_size_v<State>;
+        return append_rk21<0>(law, segment, tolerance, trajectory);
+    const sundials::RightHandSide f = right_hand_side(law, segment.gradient);
+    const std::size_t size = trajectory.state.back().size();
     if (method == Method::adams || method == Method::bdf)
         append_with(sundials::CvodeIntegrator(
                         f, size,
@@ -127,8 +121,15 @@ void append(const MaterialPoint& point, const Segment& segment, Method method, d
 
 } // namespace
 
-State rate(const MaterialPoint& point, const VelocityGradient<double>& gradient, const State& state) {
-    return std::visit([&](const auto& model) { return rate_of(point.elasticity, model, gradient, state); }, point.plasticity);
+void rate(const Law& law, const VelocityGradient<double>& g, std::span<const double> y, std::span<double> slope) {
+    const StressComponents<double> elastic = elastic_rate(law->elasticity(), g);
+    const double turn = g.uy - g.vx;
+    slope[0] = elastic.p;
+    slope[1] = elastic.s + turn * y[2];
+    slope[2] = elastic.tau - turn * y[1];
+    slope[3] = elastic.q;
+    std::fill(slope.begin() + 4, slope.end(), 0.0);
+    law->add_flow_rate(y.data() + 1, slope.data() + 1);
 }
 
 std::string_view name(Method method) {
@@ -153,13 +154,12 @@ std::string_view name(Method method) {
     __builtin_unreachable();
 }
 
-Trajectory integrate(const MaterialPoint& point, const GradientHistory& history, const State& start, Method method,
-                     double tolerance) {
+Trajectory integrate(const Law& law, const GradientHistory& history, const State& start, Method method, double tolerance) {
     check(history);
     Trajectory trajectory{.time = {0.0}, .state = {start}};
     try {
         for (const Segment& segment : history) {
-            append(point, segment, method, tolerance, trajectory);
+            append(law, segment, method, tolerance, trajectory);
             trajectory.segment_end.push_back(trajectory.time.size() - 1);
         }
     } catch (const RunError& error) {
@@ -170,14 +170,16 @@ Trajectory integrate(const MaterialPoint& point, const GradientHistory& history,
     return trajectory;
 }
 
-double largest_error(const MaterialPoint& point, const GradientHistory& history, const Trajectory& trajectory) {
-    const State scale{1.0, 1.0, 1.0, 1.0, internal_variable(point.plasticity).natural_scale()};
+double largest_error(const Law& law, const GradientHistory& history, const Trajectory& trajectory) {
+    State scale(4, 1.0);
+    for (const InternalVariable& variable : law->variables())
+        scale.push_back(variable.natural_scale());
     State y = trajectory.state.front();
     double largest = 0.0;
     std::size_t i = 1;
     for (std::size_t k = 0; k < history.size(); ++k) {
         sundials::ErkIntegrator reference(
-            right_hand_side(point, history[k].gradient), y.size(),
+            right_hand_side(law, history[k].gradient), y.size(),
             {.relative_tolerance = 1e-13, .absolute_tolerance = 1e-14, .first_step = history[k].duration});
         for (; i <= trajectory.segment_end[k]; ++i) {
             if (trajectory.time[i] > trajectory.time[i - 1])

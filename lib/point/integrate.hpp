@@ -1,32 +1,27 @@
 #pragma once
-#include <ductile/material/elasticity.hpp>
-#include <ductile/material/plasticity.hpp>
+#include <ductile/base/tensor.hpp>
+#include <ductile/material/law.hpp>
 #include <ductile/point/gradient_history.hpp>
 #include <ductile/sundials/initial_value.hpp>
 
 #include <array>
 #include <cstddef>
+#include <span>
 #include <string_view>
 #include <vector>
 
 namespace ductile::point {
 
-/// p, s, tau, q of Eq. (1) and the internal variable, in natural units.
-using State = std::array<double, 5>;
-
-/// A point of a material, in natural units.
-struct MaterialPoint {
-    IsotropicElasticity elasticity;
-    Plasticity plasticity;
-};
+/// p, s, tau, q of Eq. (1) and the law's internal variables, in natural units.
+using State = std::vector<double>;
 
 /// Eq. (6) at a point that moves with the material, with the spin of Eq. (5) and D^pl of Eq. (20), in the components of Eq. (1):
 ///   dp/dt   = -K (ux + vy)
 ///   ds/dt   = mu (ux - vy) + (uy - vx) tau - 2 mu (D^pl/sbar) s
 ///   dtau/dt = mu (uy + vx) - (uy - vx) s   - 2 mu (D^pl/sbar) tau
 ///   dq/dt   = -(mu/3) (ux + vy)            - 2 mu (D^pl/sbar) q
-/// and the rate of the internal variable (STZ: Eq. (21)).
-[[nodiscard]] State rate(const MaterialPoint& point, const VelocityGradient<double>& gradient, const State& state);
+/// and the rates of the internal variables (STZ: Eq. (21)). Writes the rate of `state` to `slope`.
+void rate(const Law& law, const VelocityGradient<double>& gradient, std::span<const double> state, std::span<double> slope);
 
 enum class Method {
     rk21,             ///< ductile/ode/rk21.hpp, as the cells of a quasi-static run use it
@@ -55,11 +50,11 @@ struct Trajectory {
 /// Integrates from `start` at time 0 through the whole history; `tolerance` is the absolute and the relative one of the error of
 /// a step, in natural units. Every segment is begun afresh. Throws RunError naming method, tolerance and segment when the method
 /// gives up.
-[[nodiscard]] Trajectory integrate(const MaterialPoint& point, const GradientHistory& history, const State& start, Method method,
+[[nodiscard]] Trajectory integrate(const Law& law, const GradientHistory& history, const State& start, Method method,
                                    double tolerance);
 
 /// The largest difference of a trajectory from an integration by Dormand and Prince's pair with tolerance 1e-13 that stops at
-/// each of its times: in stresses in natural units, and in the internal variable divided by its scale.
-[[nodiscard]] double largest_error(const MaterialPoint& point, const GradientHistory& history, const Trajectory& trajectory);
+/// each of its times: in stresses in natural units, and in the internal variables divided by their scales.
+[[nodiscard]] double largest_error(const Law& law, const GradientHistory& history, const Trajectory& trajectory);
 
 } // namespace ductile::point

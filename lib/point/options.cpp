@@ -2,7 +2,6 @@
 #include <ductile/point/options.hpp>
 
 #include <fmt/format.h>
-#include <utility>
 
 namespace ductile::point {
 
@@ -37,10 +36,6 @@ void check(const Options& o) {
         throw InputError("--tolerance: give at least one");
 }
 
-MaterialPoint make_point(const Options& o, const Units& units) {
-    return {make_elasticity(o.material, units), make_plasticity(o.material, units)};
-}
-
 GradientHistory make_history(const Options& o, const Units& units) {
     GradientHistory history =
         o.gradient_history.empty() ? load_along(o.path, o.rate, o.duration) : parse_gradient_history(o.gradient_history);
@@ -52,13 +47,18 @@ GradientHistory make_history(const Options& o, const Units& units) {
     return history;
 }
 
-State make_start(const Options& o, const Units& units) {
-    const InternalVariable variable = internal_variable(make_plasticity(o.material, units));
-    const double start_si = o.material.plasticity == PlasticityChoice::stz ? o.initial_temperature : variable.start;
-    const double start = start_si / variable.natural_unit;
-    if (!variable.can_start_at(start))
-        throw InputError(fmt::format("--initial-temperature {:g}: it must be {}", start_si, describe_range(variable)));
-    return {0.0, 0.0, 0.0, 0.0, start};
+State make_start(const Options& o, const Law& law) {
+    State start(4, 0.0);
+    for (const InternalVariable& variable : law->variables())
+        start.push_back(variable.start / variable.natural_unit);
+    if (o.material.plasticity == PlasticityChoice::stz) {
+        const InternalVariable& temperature = law->variables().front();
+        start[4] = o.initial_temperature / temperature.natural_unit;
+        if (!temperature.can_start_at(start[4]))
+            throw InputError(
+                fmt::format("--initial-temperature {:g}: it must be {}", o.initial_temperature, describe_range(temperature)));
+    }
+    return start;
 }
 
 std::string describe(const Options& o, const GradientHistory& history, const Units& units) {

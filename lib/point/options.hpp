@@ -26,9 +26,8 @@ void declare(io::Program& program, Options& options);
 void check(const Options& options);
 
 /// The problem in natural units. Throw InputError for impossible values.
-[[nodiscard]] MaterialPoint make_point(const Options& options, const Units& units);
 [[nodiscard]] GradientHistory make_history(const Options& options, const Units& units);
-[[nodiscard]] State make_start(const Options& options, const Units& units);
+[[nodiscard]] State make_start(const Options& options, const Law& law);
 
 /// The lines before a run: material and loading.
 [[nodiscard]] std::string describe(const Options& options, const GradientHistory& history, const Units& units);

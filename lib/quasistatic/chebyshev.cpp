@@ -68,7 +68,7 @@ int stages_for(double dt, double relaxation) {
 
 class ChebyshevMethod final : public EmbeddedMethod {
 public:
-    explicit ChebyshevMethod(const Grid& grid) : other_(grid) {}
+    explicit ChebyshevMethod(const Scene& scene) : other_(scene) {}
 
     [[nodiscard]] Scheme scheme() const override { return Scheme::chebyshev; }
 
@@ -113,6 +113,6 @@ private:
 
 } // namespace
 
-std::unique_ptr<EmbeddedMethod> chebyshev_method(const Grid& grid) { return std::make_unique<ChebyshevMethod>(grid); }
+std::unique_ptr<EmbeddedMethod> chebyshev_method(const Scene& scene) { return std::make_unique<ChebyshevMethod>(scene); }
 
 } // namespace ductile::quasistatic

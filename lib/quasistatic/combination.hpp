@@ -2,12 +2,13 @@
 #include <ductile/quasistatic/scene.hpp>
 #include <ductile/space/staggered.hpp>
 
+#include <algorithm>
 #include <span>
 
 /// Linear combinations of cell states: all that a Runge-Kutta method does between two right-hand sides, one sweep each.
 namespace ductile::quasistatic {
 
-/// factor * (all five cell fields).
+/// factor * (all cell fields).
 struct Term {
     const CellState* fields = nullptr;
     double factor = 0.0;
@@ -33,7 +34,9 @@ void close_rate(const Scene& scene, const VectorField& velocity, CellState& rate
 /// Norms (59) of a combination.
 struct CombinationNorm {
     double stress = 0.0;   ///< Frobenius norm of the 3 x 3 stress, root mean square over the domain
-    double internal = 0.0; ///< root mean square
+    double internal = 0.0; ///< root mean square of an internal variable in units of its scale, the largest of all
+
+    [[nodiscard]] double largest() const { return std::max(stress, internal); }
 };
 [[nodiscard]] CombinationNorm norm(const Scene& scene, std::span<const Term> terms);
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <numeric>
 
 namespace ductile::quasistatic {
 
@@ -44,13 +45,13 @@ void check_meaning(const Options& o, const Scene& scene) {
             fmt::format("cells are {:.4g} x {:.4g} m, {:.3g} times as long one way as the other: check --width, --height "
                         "and --cells",
                         o.width / o.cells.x, o.height / o.cells.y, aspect_of(scene.grid)));
-    const InternalVariable variable = internal_variable(scene.plasticity);
-    const auto rates_at = [&](const auto& model) {
-        const double start = variable.start / variable.natural_unit;
-        const auto rates = model.rates(1.01, start); // in units of the yield stress
-        return rates.fluidity + rates.internal + model.flow_slope(1.01, start);
-    };
-    const double sum = std::visit(rates_at, scene.plasticity) + scene.elasticity.bulk_modulus + scene.elasticity.shear_modulus;
+    std::vector<double> start;
+    for (const InternalVariable& variable : scene.law->variables())
+        start.push_back(variable.start / variable.natural_unit);
+    const FlowAt flow = scene.law->flow_at(1.01, start); // in units of the yield stress
+    const IsotropicElasticity& elasticity = scene.law->elasticity();
+    const double sum = std::accumulate(flow.internal_rates.begin(), flow.internal_rates.end(),
+                                       flow.fluidity + flow.slope + elasticity.bulk_modulus + elasticity.shear_modulus);
     if (!std::isfinite(sum) || !std::isfinite(scene.grid.cell_area()) || !(scene.grid.cell_area() > 0.0))
         throw InputError(
             fmt::format("the scene's numbers overflow (rates of the material 1 % above yield, moduli in units of the "
@@ -67,7 +68,7 @@ std::vector<std::string> doubts(const Options& o, const Scene& scene, const Cell
                         "the longer side only; choose --cells MxN in the ratio of --width and --height",
                         o.width / o.cells.x, o.height / o.cells.y, aspect_of(scene.grid)));
     if (o.material.plasticity == PlasticityChoice::stz) {
-        const double lowest = observe(scene, start).smallest_internal * scene.units.temperature;
+        const double lowest = observe(scene, start).smallest_internal[0] * scene.units.temperature;
         if (lowest < o.material.stz.bath_temperature)
             found.push_back(fmt::format("the effective temperature starts at {:.4g} K, below the bath's {:.4g} K, and a glass "
                                         "freezes in above it: check the initial field and --stz-bath-temperature",

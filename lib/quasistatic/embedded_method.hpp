@@ -39,10 +39,10 @@ public:
 };
 
 /// Scheme::ralston (Lu & Rycroft's Table A.4), bogacki_shampine (3(2), 1989) or dormand_prince (5(4), 1980).
-[[nodiscard]] std::unique_ptr<EmbeddedMethod> runge_kutta_method(Scheme scheme, const Grid& grid);
+[[nodiscard]] std::unique_ptr<EmbeddedMethod> runge_kutta_method(Scheme scheme, const Scene& scene);
 
 /// Scheme::chebyshev: the stabilised Runge-Kutta-Chebyshev method of second order (Sommeijer, Shampine & Verwer 1998); the number
 /// of stages follows the relaxation rate of the plastic flow.
-[[nodiscard]] std::unique_ptr<EmbeddedMethod> chebyshev_method(const Grid& grid);
+[[nodiscard]] std::unique_ptr<EmbeddedMethod> chebyshev_method(const Scene& scene);
 
 } // namespace ductile::quasistatic

@@ -111,9 +111,9 @@ std::unique_ptr<TimeStepper> make_embedded(Scheme scheme, const Scene& scene, st
                                            const PassOptions& passes, double tolerance, State state) {
     std::vector<std::unique_ptr<EmbeddedMethod>> methods;
     if (scheme != Scheme::chebyshev)
-        methods.push_back(runge_kutta_method(scheme == Scheme::automatic ? Scheme::bogacki_shampine : scheme, scene.grid));
+        methods.push_back(runge_kutta_method(scheme == Scheme::automatic ? Scheme::bogacki_shampine : scheme, scene));
     if (scheme == Scheme::chebyshev || scheme == Scheme::automatic)
-        methods.push_back(chebyshev_method(scene.grid));
+        methods.push_back(chebyshev_method(scene));
     return std::make_unique<EmbeddedStepper>(scheme, std::move(methods), tolerance, scene, std::move(solver), passes,
                                              std::move(state));
 }

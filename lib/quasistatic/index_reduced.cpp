@@ -10,10 +10,9 @@ namespace ductile::quasistatic {
 
 IndexReducedStepper::IndexReducedStepper(const Scene& scene, std::unique_ptr<EquilibriumSolver> solver, const PassOptions& passes,
                                          State state)
-    : scene_(scene), solver_(std::move(solver)), lines_(scene, *solver_, passes), state_(std::move(state)), rate_(scene.grid),
-      next_(scene.grid), next_rate_(scene.grid),
-      earlier_velocity_(scene.grid), stage_velocity_{VectorField(scene.grid), VectorField(scene.grid), VectorField(scene.grid)},
-      internal_scale_(internal_variable(scene.plasticity).natural_scale()) {}
+    : scene_(scene), solver_(std::move(solver)), lines_(scene, *solver_, passes), state_(std::move(state)), rate_(scene),
+      next_(scene), next_rate_(scene),
+      earlier_velocity_(scene.grid), stage_velocity_{VectorField(scene.grid), VectorField(scene.grid), VectorField(scene.grid)} {}
 
 void IndexReducedStepper::provide_start_rate() {
     // also where the walls' velocity jumps at t_n: v and the rate jump with it
@@ -29,8 +28,7 @@ void IndexReducedStepper::provide_start_rate() {
 
 double IndexReducedStepper::time_scale() {
     provide_start_rate();
-    const CombinationNorm rate = norm(scene_, std::array{Term{&rate_, 1.0}});
-    return 1.0 / std::max(rate.stress, rate.internal / internal_scale_);
+    return 1.0 / norm(scene_, std::array{Term{&rate_, 1.0}}).largest();
 }
 
 double IndexReducedStepper::limit_step(double dt) {
@@ -70,8 +68,7 @@ StepAttempt IndexReducedStepper::attempt_step(double dt, double end) {
         sequence_.push_back({-earlier_step_ / dt, &earlier_velocity_});
     sequence_.push_back({0.0, &state_.velocity});
 
-    const CombinationNorm error = advance(dt);
-    const double measure = std::max(error.stress, error.internal / internal_scale_);
+    const double measure = advance(dt).largest();
     if (!std::isfinite(measure))
         throw RunError(
             fmt::format("step {} at t = {:.6g} s with dt = {:.3g} s: the error estimate is not finite. The step is too large for "
@@ -135,19 +132,17 @@ PhaseSeconds IndexReducedStepper::phase_seconds() const {
 }
 
 std::size_t IndexReducedStepper::memory_bytes() const {
-    const std::size_t cell = 5 * rate_.internal.storage().size() * sizeof(double);
+    const std::size_t cell = static_cast<std::size_t>(rate_.count()) * rate_.stress.p.storage().size() * sizeof(double);
     const std::size_t corner = 2 * state_.velocity.u.storage().size() * sizeof(double);
     return static_cast<std::size_t>(4 + buffers()) * cell + 6 * corner + solver_->memory_bytes();
 }
 
 std::vector<std::pair<std::string, Field*>> IndexReducedStepper::hidden_fields() {
-    return {{"rate_p", &rate_.stress.p},
-            {"rate_s", &rate_.stress.s},
-            {"rate_tau", &rate_.stress.tau},
-            {"rate_q", &rate_.stress.q},
-            {"rate_internal", &rate_.internal},
-            {"earlier_velocity_x", &earlier_velocity_.u},
-            {"earlier_velocity_y", &earlier_velocity_.v}};
+    std::vector<std::pair<std::string, Field*>> fields{{"earlier_velocity_x", &earlier_velocity_.u},
+                                                       {"earlier_velocity_y", &earlier_velocity_.v}};
+    for (int k = 0; k < rate_.count(); ++k)
+        fields.emplace_back(fmt::format("rate_{}", field_names(scene_)[static_cast<std::size_t>(k)]), &rate_.field(k));
+    return fields;
 }
 
 std::vector<std::pair<std::string, double*>> IndexReducedStepper::hidden_numbers() {

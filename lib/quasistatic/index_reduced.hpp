@@ -54,7 +54,6 @@ protected:
     [[nodiscard]] CellState& next() { return next_; }
     [[nodiscard]] CellState& next_rate() { return next_rate_; }
     [[nodiscard]] double relaxation() const { return relaxation_; } ///< of the flow at the start of the step
-    [[nodiscard]] double internal_scale() const { return internal_scale_; }
     [[nodiscard]] EquilibriumSolver& solver() { return *solver_; }
     [[nodiscard]] MethodOfLines& lines() { return lines_; }
 
@@ -83,7 +82,6 @@ private:
     double relaxation_ = 0.0; ///< at the start of the step
     RateReport latest_;       ///< of the latest evaluation of an attempt
     WallVelocity rate_wall_;  ///< motion of the walls that rate_ belongs to
-    double internal_scale_;
     bool started_ = false;
 };
 

@@ -4,6 +4,7 @@
 #include <ductile/quasistatic/method_of_lines.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -12,43 +13,19 @@ namespace ductile::quasistatic {
 
 namespace {
 
-/// f at a batch of cells; returns the largest relaxation rate 2 mu dD^pl/dsbar.
-template <bool transported, class M>
-[[gnu::DUCTILE_ALWAYS_INLINE]] inline Pack rate_at(const Scene& scene, const M& model, const CellState& cells,
-                                                   const VectorField& velocity, int i, int j, CellState& rate) {
-    const auto [p_source, source] = cell_sources<false, transported>(scene, cells, velocity, i, j);
-    const FlowState<Pack> y{load(cells.stress.s.row(j) + i), load(cells.stress.tau.row(j) + i), load(cells.stress.q.row(j) + i),
-                            load(cells.internal.row(j) + i)};
-    const Pack two_mu(2.0 * scene.elasticity.shear_modulus);
-    FlowState<Pack> slope = source;
-    Pack relaxation(0.0);
-    const Pack sbar = deviatoric_magnitude(y);
-    if (any_of(!(sbar < model.yield_stress(y[3])))) { // not a number counts as plastic and is found out later
-        slope = FlowRate<M, Pack>{model, two_mu, source}(y);
-        relaxation = two_mu * model.flow_slope(sbar, y[3]);
-    }
-    store(p_source, rate.stress.p.row(j) + i);
-    store(slope[0], rate.stress.s.row(j) + i);
-    store(slope[1], rate.stress.tau.row(j) + i);
-    store(slope[2], rate.stress.q.row(j) + i);
-    store(slope[3], rate.internal.row(j) + i);
-    return relaxation;
-}
-
-/// f everywhere and -B^T f on the interior corner rows.
-template <bool transported, class M>
-double sweep(const Scene& scene, const M& model, const CellState& cells, const VectorField& velocity, CellState& rate,
-             VectorField& force) {
-    const auto visit = [&](int j, Pack& relaxation) {
-        for (int i = 0; i < scene.grid.cells_x; i += pack_size)
-            relaxation = maximum(relaxation, rate_at<transported>(scene, model, cells, velocity, i, j, rate));
+/// f everywhere and -B^T f on the interior corner rows; returns the largest relaxation rate 2 mu dD^pl/dsbar.
+template <bool transported>
+double sweep(const Scene& scene, const CellState& cells, const VectorField& velocity, CellState& rate, VectorField& force) {
+    const auto visit = [&](int j, double& relaxation) {
+        store_sources<false, transported>(scene, cells, velocity, j, rate);
+        relaxation = std::max(relaxation, scene.law->add_flow_rates(scene.grid.cells_x, flow_rows(cells, j), flow_rows(rate, j)));
         for (Field* f : {&rate.stress.p, &rate.stress.s, &rate.stress.tau, &rate.stress.q})
             f->wrap_row(j);
     };
-    return largest_of(sweep_rows(
-        Rows{scene.grid.cells_y, scene.grid.cells_x}, Pack(0.0), visit,
+    return sweep_rows(
+        Rows{scene.grid.cells_y, scene.grid.cells_x}, 0.0, visit,
         [&](int j) { divergence_row(scene.grid, rate.stress, -1.0, j, force); },
-        [](Pack& total, const Pack& part) { total = maximum(total, part); }));
+        [](double& total, double part) { total = std::max(total, part); });
 }
 
 struct Comparison {
@@ -82,13 +59,6 @@ Comparison add_walls_and_compare(const Grid& grid, const WallVelocity& wall, con
     });
 }
 
-/// The ghost rows that transport reads.
-void close_at_walls(const Scene& scene, CellState& cells) {
-    if (scene.model == Model::full)
-        for (Field* f : {&cells.stress.p, &cells.stress.s, &cells.stress.tau, &cells.stress.q, &cells.internal})
-            extrapolate_to_ghost_rows(*f);
-}
-
 } // namespace
 
 MethodOfLines::MethodOfLines(const Scene& scene, EquilibriumSolver& solver, const PassOptions& passes)
@@ -100,17 +70,14 @@ MethodOfLines::MethodOfLines(const Scene& scene, EquilibriumSolver& solver, cons
 }
 
 double MethodOfLines::sweep_rates(CellState& cells, const VectorField& velocity, CellState& rate) {
-    return std::visit(
-        [&](const auto& model) {
-            return scene_.model == Model::full ? sweep<true>(scene_, model, cells, velocity, rate, next_velocity_)
-                                               : sweep<false>(scene_, model, cells, velocity, rate, next_velocity_);
-        },
-        scene_.plasticity);
+    return scene_.model == Model::full ? sweep<true>(scene_, cells, velocity, rate, next_velocity_)
+                                       : sweep<false>(scene_, cells, velocity, rate, next_velocity_);
 }
 
 void MethodOfLines::open_rate(CellState& cells, const VectorField& velocity, CellState& rate) {
     Timer timer;
-    close_at_walls(scene_, cells);
+    if (scene_.model == Model::full)
+        extrapolate_to_ghost_rows(cells);
     (void)sweep_rates(cells, velocity, rate);
     ++evaluations_;
     rate_seconds_ += timer.lap();
@@ -118,7 +85,8 @@ void MethodOfLines::open_rate(CellState& cells, const VectorField& velocity, Cel
 
 RateReport MethodOfLines::evaluate(CellState& cells, const WallVelocity& wall, VectorField& velocity, CellState& rate) {
     const bool transported = scene_.model == Model::full;
-    close_at_walls(scene_, cells);
+    if (transported)
+        extrapolate_to_ghost_rows(cells);
     ++evaluations_;
 
     RateReport report;
@@ -151,33 +119,42 @@ RateReport MethodOfLines::evaluate(CellState& cells, const WallVelocity& wall, V
 namespace {
 
 /// Largest (sbar/yield stress)^2 in row j of the state cells + dt rate.
-template <class M> double yield_square(const M& model, const CellState& cells, double dt, const CellState& rate, int j) {
-    const auto at = [&](const Field& value, const Field& slope, int i) __attribute__((DUCTILE_ALWAYS_INLINE)) {
-        return load(value.row(j) + i) + Pack(dt) * load(slope.row(j) + i);
-    };
+double yield_square(const Scene& scene, const CellState& cells, double dt, const CellState& rate, int j) {
+    constexpr int chunk = 4 * row_unit;
+    std::array<std::array<double, chunk>, 1 + most_variables> values; // of the internal variables, and the yield stress
+    std::array<const double*, most_variables> internal;
+    double* const yield = values.back().data();
     Pack square(0.0);
-    for (int i = 0; i < cells.internal.columns(); i += pack_size) {
-        const FlowState<Pack> y{at(cells.stress.s, rate.stress.s, i), at(cells.stress.tau, rate.stress.tau, i),
-                                at(cells.stress.q, rate.stress.q, i), at(cells.internal, rate.internal, i)};
-        const Pack yield = model.yield_stress(y[3]);
-        // a model without elastic range is always above yield
-        square = maximum(square, select(yield > Pack(0.0), deviatoric_square(y) / (yield * yield),
-                                        Pack(std::numeric_limits<double>::infinity())));
+    for (int first = 0; first < scene.grid.cells_x; first += chunk) {
+        const int count = std::min(chunk, scene.grid.cells_x - first);
+        const auto at = [&](const Field& value, const Field& slope, int i) __attribute__((DUCTILE_ALWAYS_INLINE)) {
+            return load(value.row(j) + first + i) + Pack(dt) * load(slope.row(j) + first + i);
+        };
+        for (std::size_t k = 0; k < cells.internal.size(); ++k) {
+            internal[k] = values[k].data();
+            for (int i = 0; i < count; i += pack_size)
+                store(at(cells.internal[k], rate.internal[k], i), values[k].data() + i);
+        }
+        scene.law->yield_stress(count, internal.data(), yield);
+        for (int i = 0; i < count; i += pack_size) {
+            const std::array<Pack, 3> y{at(cells.stress.s, rate.stress.s, i), at(cells.stress.tau, rate.stress.tau, i),
+                                        at(cells.stress.q, rate.stress.q, i)};
+            const Pack limit = load(yield + i);
+            // a law without elastic range is always above yield
+            square = maximum(square, select(limit > Pack(0.0), deviatoric_square(y) / (limit * limit),
+                                            Pack(std::numeric_limits<double>::infinity())));
+        }
     }
     return largest_of(square);
-}
-
-template <class M> double yield_square(const M& model, const CellState& cells, double dt, const CellState& rate) {
-    return gather_rows(
-        Rows{cells.internal.rows(), cells.internal.columns()}, 0.0,
-        [&](int j, double& largest) { largest = std::max(largest, yield_square(model, cells, dt, rate, j)); },
-        [](double& total, double part) { total = std::max(total, part); });
 }
 
 } // namespace
 
 double yield_ratio(const Scene& scene, const CellState& cells, double dt, const CellState& rate) {
-    return std::sqrt(std::visit([&](const auto& model) { return yield_square(model, cells, dt, rate); }, scene.plasticity));
+    return std::sqrt(gather_rows(
+        Rows{scene.grid.cells_y, scene.grid.cells_x}, 0.0,
+        [&](int j, double& largest) { largest = std::max(largest, yield_square(scene, cells, dt, rate, j)); },
+        [](double& total, double part) { total = std::max(total, part); }));
 }
 
 } // namespace ductile::quasistatic

@@ -143,8 +143,7 @@ Scene make_scene(const Options& o) {
     Scene scene{
         .units = units,
         .grid = {.cells_x = o.cells.x, .cells_y = o.cells.y, .width = o.width / units.length, .height = o.height / units.length},
-        .elasticity = make_elasticity(o.material, units),
-        .plasticity = make_plasticity(o.material, units),
+        .law = make_law(o.material, units),
         .model = o.model,
         .walls = WallHistory(std::move(knots))};
     check(scene.grid);
@@ -168,7 +167,7 @@ double number_or_auto(const std::string& text, const char* option, double standa
 } // namespace
 
 Field make_initial_internal(const Options& o, const Scene& scene) {
-    const InternalVariable variable = internal_variable(scene.plasticity);
+    const InternalVariable variable = scene.law->variables().front();
     const double value = variable.natural_unit, length = scene.units.length;
     const double standard_amplitude = o.material.plasticity == PlasticityChoice::stz ? PaperPattern{}.amplitude : 0.0;
     const double base =
@@ -248,7 +247,7 @@ std::unique_ptr<TimeStepper> make_time_stepper(const Options& o, const Scene& sc
                         "it back: use --operator exact, or a projection scheme (--scheme incremental)",
                         description(o.scheme).name));
     auto solver =
-        make_equilibrium_solver({.grid = scene.grid, .elasticity = scene.elasticity, .stiffness = o.stiffness}, o.solver);
+        make_equilibrium_solver({.grid = scene.grid, .elasticity = scene.law->elasticity(), .stiffness = o.stiffness}, o.solver);
     const PassOptions passes{.largest = o.velocity_passes, .tolerance = 0.1 * tolerance(o)};
     const auto projection = [&](Predictor predictor, Transport transport = Transport::frozen) {
         using Scale = PointwiseTolerance::Scale;

@@ -8,9 +8,9 @@ namespace ductile::quasistatic {
 /// rate = (-C : D^pl, dchi/dt), Eqs. (20), (21); nothing else. Images wrapped.
 void plastic_rate(const Scene& scene, const CellState& cells, CellState& rate);
 
-/// Takes `cells` over `duration` by (sources + plastic rate) with constant sources, every cell in its own RK2(1) substeps. Images
-/// wrapped.
-[[nodiscard]] Rk21Counts relax(const Scene& scene, const CellState& sources, double duration, const Rk21Options& options,
+/// Takes `cells` over `duration` by (sources + plastic rate) with constant sources, every cell that flows in its own RK2(1)
+/// substeps. Images wrapped. The memory of `sources` is used up.
+[[nodiscard]] Rk21Counts relax(const Scene& scene, CellState& sources, double duration, const Rk21Options& options,
                                CellState& cells);
 
 } // namespace ductile::quasistatic

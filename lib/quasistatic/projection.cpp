@@ -15,7 +15,7 @@ namespace {
 double correct_row(const Scene& scene, const VectorField& phi, const StressComponents<Pack>& wall_rate, double dt, int j,
                    StressField& stress) {
     const Grid& grid = scene.grid;
-    const IsotropicElasticity& c = scene.elasticity;
+    const IsotropicElasticity& c = scene.law->elasticity();
     const double half_inverse_dx = 0.5 / grid.dx(), half_inverse_dy = 0.5 / grid.dy();
     const Pack deviatoric_weight(dt * dt / (c.shear_modulus * c.shear_modulus));
     const Pack pressure_weight(dt * dt / (c.bulk_modulus * c.shear_modulus));
@@ -56,7 +56,7 @@ double Projection::apply(VectorField& force, const WallVelocity& wall_gradient, 
     solve_seconds_ += timer.lap();
 
     const StressComponents<Pack> wall_rate = elastic_rate(
-        scene_->elasticity, VelocityGradient<Pack>{Pack(0.0), Pack(wall_gradient.u), Pack(0.0), Pack(wall_gradient.v)});
+        scene_->law->elasticity(), VelocityGradient<Pack>{Pack(0.0), Pack(wall_gradient.u), Pack(0.0), Pack(wall_gradient.v)});
     for_each_row({scene_->grid.cells_y, scene_->grid.cells_x}, [&](int j) {
         row_measure_[static_cast<std::size_t>(j)] = correct_row(*scene_, force, wall_rate, dt, j, cells.stress);
     });

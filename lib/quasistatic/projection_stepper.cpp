@@ -42,11 +42,11 @@ Rk21Options PointwiseTolerance::options(const Grid& grid, double dt) const {
 ProjectionStepper::ProjectionStepper(const Scene& scene, Predictor predictor, const PointwiseTolerance& pointwise,
                                      std::unique_ptr<EquilibriumSolver> solver, State state, Transport transport)
     : scene_(scene), predictor_(predictor), pointwise_(pointwise), solver_(std::move(solver)), projection_(scene, *solver_),
-      state_(std::move(state)), next_(scene.grid), base_velocity_(scene.grid), correction_(scene.grid) {
+      state_(std::move(state)), next_(scene), base_velocity_(scene.grid), correction_(scene.grid) {
     if (predictor == Predictor::euler)
-        earlier_ = CellState(scene.grid);
+        earlier_ = CellState(scene);
     if (transport == Transport::extrapolated)
-        past_ = Past{CellState(scene.grid), CellState(scene.grid), VectorField(scene.grid)};
+        past_ = Past{CellState(scene), CellState(scene), VectorField(scene.grid)};
 }
 
 StepAttempt ProjectionStepper::attempt(double dt, double end) {
@@ -110,10 +110,10 @@ StepAttempt ProjectionStepper::attempt(double dt, double end) {
 double ProjectionStepper::estimate_error(double dt, const WallVelocity& wall, double measure, const Rk21Counts& counts) {
     const double half_height = 0.5 * scene_.grid.height;
     const StressComponents<double> rate =
-        elastic_rate(scene_.elasticity, VelocityGradient<double>{0.0, wall.u / half_height, 0.0, wall.v / half_height});
+        elastic_rate(scene_.law->elasticity(), VelocityGradient<double>{0.0, wall.u / half_height, 0.0, wall.v / half_height});
     const double by_walls =
         dt * std::sqrt(3.0 * rate.p * rate.p + 2.0 * (rate.s * rate.s + rate.tau * rate.tau) + 6.0 * rate.q * rate.q);
-    const double by_correction = std::sqrt(2.0) * scene_.elasticity.shear_modulus * measure;
+    const double by_correction = std::sqrt(2.0) * scene_.law->elasticity().shear_modulus * measure;
     const double spin = scene_.model == Model::full && !past_ ? 0.5 * dt * std::abs(wall.u) / half_height * by_walls : 0.0;
     const Rk21Options options = pointwise_.options(scene_.grid, dt);
     const double pointwise =
@@ -136,8 +136,7 @@ double ProjectionStepper::change_of_increment(double dt) {
     const double ratio = dt / earlier_step_;
     const CombinationNorm change =
         norm(scene_, std::array{Term{&next_, 1.0}, Term{&state_.cells, -1.0 - ratio}, Term{&earlier_, ratio}});
-    const double internal_scale = internal_variable(scene_.plasticity).natural_scale();
-    return std::max(change.stress, change.internal / internal_scale) * dt / (dt + earlier_step_);
+    return change.largest() * dt / (dt + earlier_step_);
 }
 
 void ProjectionStepper::accept() {
@@ -182,9 +181,10 @@ PhaseSeconds ProjectionStepper::phase_seconds() const {
 }
 
 std::size_t ProjectionStepper::memory_bytes() const {
-    const Field& cell = next_.internal;
+    const Field& cell = next_.stress.p;
     const Field& corner = correction_.u;
-    const std::size_t cells = past_ ? 20 : predictor_ == Predictor::euler ? 15 : 10, corners = past_ ? 8 : 6;
+    const std::size_t cells = static_cast<std::size_t>(next_.count()) * (past_ ? 4 : predictor_ == Predictor::euler ? 3 : 2);
+    const std::size_t corners = past_ ? 8 : 6;
     return cells * cell.storage().size() * sizeof(double) + corners * corner.storage().size() * sizeof(double) +
            solver_->memory_bytes();
 }
@@ -192,14 +192,11 @@ std::size_t ProjectionStepper::memory_bytes() const {
 std::vector<std::pair<std::string, Field*>> ProjectionStepper::hidden_fields() {
     if (!past_)
         return {};
-    auto& [p, s, tau, q] = past_->cells.stress;
-    return {{"earlier_p", &p},
-            {"earlier_s", &s},
-            {"earlier_tau", &tau},
-            {"earlier_q", &q},
-            {"earlier_internal", &past_->cells.internal},
-            {"earlier_velocity_x", &past_->velocity.u},
-            {"earlier_velocity_y", &past_->velocity.v}};
+    std::vector<std::pair<std::string, Field*>> fields{{"earlier_velocity_x", &past_->velocity.u},
+                                                       {"earlier_velocity_y", &past_->velocity.v}};
+    for (int k = 0; k < past_->cells.count(); ++k)
+        fields.emplace_back(fmt::format("earlier_{}", field_names(scene_)[static_cast<std::size_t>(k)]), &past_->cells.field(k));
+    return fields;
 }
 
 std::vector<std::pair<std::string, double*>> ProjectionStepper::hidden_numbers() {

@@ -16,15 +16,13 @@ namespace {
 io::ArrayView view(const Field& field) { return {field.row(0), field.rows(), field.columns(), field.stride()}; }
 
 /// The fields of a state by their names in checkpoints; `State` is const or not.
-template <class S> auto named_fields(S& state) {
-    auto& [p, s, tau, q] = state.cells.stress;
-    return std::array{std::pair{"p", &p},
-                      std::pair{"s", &s},
-                      std::pair{"tau", &tau},
-                      std::pair{"q", &q},
-                      std::pair{"internal", &state.cells.internal},
-                      std::pair{"velocity_x", &state.velocity.u},
-                      std::pair{"velocity_y", &state.velocity.v}};
+template <class S> auto named_fields(const Scene& scene, S& state) {
+    std::vector<std::pair<std::string, decltype(&state.velocity.u)>> fields;
+    for (int k = 0; k < state.cells.count(); ++k)
+        fields.emplace_back(field_names(scene)[static_cast<std::size_t>(k)], &state.cells.field(k));
+    fields.emplace_back("velocity_x", &state.velocity.u);
+    fields.emplace_back("velocity_y", &state.velocity.v);
+    return fields;
 }
 
 void read_field(const io::CheckpointReader& checkpoint, const std::string& name, Field& field) {
@@ -38,20 +36,18 @@ void read_field(const io::CheckpointReader& checkpoint, const std::string& name,
 }
 
 std::vector<std::string> history_columns(const Scene& scene) {
-    const std::string internal = column_name(internal_variable(scene.plasticity));
-    return {"time_s",
-            "step",
-            "dt_s",
-            "wall_strain",
-            "wall_shear_traction_Pa",
-            "wall_normal_traction_Pa",
-            "mean_deviatoric_magnitude_Pa",
-            "largest_deviatoric_magnitude_Pa",
-            "smallest_" + internal,
-            "largest_" + internal,
-            "plastic_fraction",
-            "equilibrium_residual",
-            "step_measure"};
+    std::vector<std::string> columns{"time_s",
+                                     "step",
+                                     "dt_s",
+                                     "wall_strain",
+                                     "wall_shear_traction_Pa",
+                                     "wall_normal_traction_Pa",
+                                     "mean_deviatoric_magnitude_Pa",
+                                     "largest_deviatoric_magnitude_Pa"};
+    for (const InternalVariable& variable : scene.law->variables())
+        columns.insert(columns.end(), {"smallest_" + column_name(variable), "largest_" + column_name(variable)});
+    columns.insert(columns.end(), {"plastic_fraction", "equilibrium_residual", "step_measure"});
+    return columns;
 }
 
 /// Which scheme and step control hidden values belong to.
@@ -87,7 +83,6 @@ std::vector<std::string> Recorder::warnings() const {
 void Recorder::snapshot(const State& state, double time_s) {
     const Units& u = scene_.units;
     const CellState& cells = state.cells;
-    const InternalVariable internal = internal_variable(scene_.plasticity);
     Field magnitude(scene_.grid.cells_y, scene_.grid.cells_x);
     for (int j = 0; j < magnitude.rows(); ++j)
         for (int i = 0; i < magnitude.columns(); ++i) {
@@ -95,27 +90,38 @@ void Recorder::snapshot(const State& state, double time_s) {
             magnitude(i, j) = std::sqrt(s * s + tau * tau + 3.0 * q * q);
         }
     using enum io::Centring;
-    const std::array fields{io::SnapshotField{"pressure", "Pa", cell, view(cells.stress.p), u.stress},
-                            io::SnapshotField{"s", "Pa", cell, view(cells.stress.s), u.stress},
-                            io::SnapshotField{"tau", "Pa", cell, view(cells.stress.tau), u.stress},
-                            io::SnapshotField{"q", "Pa", cell, view(cells.stress.q), u.stress},
-                            io::SnapshotField{"deviatoric_magnitude", "Pa", cell, view(magnitude), u.stress},
-                            io::SnapshotField{std::string(internal.name), std::string(internal.unit), cell, view(cells.internal),
-                                              internal.natural_unit},
-                            io::SnapshotField{"velocity_x", "m/s", corner, view(state.velocity.u), u.velocity()},
-                            io::SnapshotField{"velocity_y", "m/s", corner, view(state.velocity.v), u.velocity()}};
+    std::vector fields{io::SnapshotField{"pressure", "Pa", cell, view(cells.stress.p), u.stress},
+                       io::SnapshotField{"s", "Pa", cell, view(cells.stress.s), u.stress},
+                       io::SnapshotField{"tau", "Pa", cell, view(cells.stress.tau), u.stress},
+                       io::SnapshotField{"q", "Pa", cell, view(cells.stress.q), u.stress},
+                       io::SnapshotField{"deviatoric_magnitude", "Pa", cell, view(magnitude), u.stress},
+                       io::SnapshotField{"velocity_x", "m/s", corner, view(state.velocity.u), u.velocity()},
+                       io::SnapshotField{"velocity_y", "m/s", corner, view(state.velocity.v), u.velocity()}};
+    const auto variables = scene_.law->variables();
+    for (std::size_t k = 0; k < variables.size(); ++k)
+        fields.emplace_back(std::string(variables[k].name), std::string(variables[k].unit), cell, view(cells.internal[k]),
+                            variables[k].natural_unit);
     snapshots_.write(time_s, state.step, fields);
 }
 
 void Recorder::row(const State& state, const LastStep& last) {
     const Units& u = scene_.units;
     const Observables o = observe(scene_, state.cells);
-    const double internal = internal_variable(scene_.plasticity).natural_unit;
     const double strain = scene_.walls.displacement(state.time).u / (0.5 * scene_.grid.height);
-    history_.append({state.time * u.time, static_cast<double>(state.step), last.dt * u.time, strain, o.wall_traction * u.stress,
-                     o.normal_traction * u.stress, o.mean_magnitude * u.stress, o.largest_magnitude * u.stress,
-                     o.smallest_internal * internal, o.largest_internal * internal, o.plastic_fraction,
-                     equilibrium_residual(scene_, state.cells, force_), last.measure});
+    std::vector<double> row{state.time * u.time,
+                            static_cast<double>(state.step),
+                            last.dt * u.time,
+                            strain,
+                            o.wall_traction * u.stress,
+                            o.normal_traction * u.stress,
+                            o.mean_magnitude * u.stress,
+                            o.largest_magnitude * u.stress};
+    const auto variables = scene_.law->variables();
+    for (std::size_t k = 0; k < variables.size(); ++k)
+        row.insert(row.end(),
+                   {o.smallest_internal[k] * variables[k].natural_unit, o.largest_internal[k] * variables[k].natural_unit});
+    row.insert(row.end(), {o.plastic_fraction, equilibrium_residual(scene_, state.cells, force_), last.measure});
+    history_.append(row);
 }
 
 void Recorder::progress(const State& state, const StepControl::Step& step) {
@@ -135,7 +141,7 @@ void Recorder::checkpoint(TimeStepper& stepper, StepControl& control, AccuracyWa
     content.counters["step"] = state.step;
     content.counters["cells_x"] = scene_.grid.cells_x;
     content.counters["cells_y"] = scene_.grid.cells_y;
-    for (const auto& [name, field] : named_fields(state))
+    for (const auto& [name, field] : named_fields(scene_, state))
         content.arrays.emplace_back(name, view(*field));
     for (const auto& [name, field] : stepper.hidden_fields())
         content.arrays.emplace_back(name, view(*field));
@@ -165,11 +171,11 @@ State read_state(const io::CheckpointReader& checkpoint, const Scene& scene) {
     if (checkpoint.history().mark.columns != fmt::format("{}", fmt::join(history_columns(scene), ",")))
         throw InputError(fmt::format("{}: this checkpoint was written with another --plasticity: restart with that one",
                                      checkpoint.path().string()));
-    State state{.cells = CellState(grid),
+    State state{.cells = CellState(scene),
                 .velocity = VectorField(grid),
                 .time = checkpoint.scalar("time"),
                 .step = checkpoint.counter("step")};
-    for (const auto& [name, field] : named_fields(state))
+    for (const auto& [name, field] : named_fields(scene, state))
         read_field(checkpoint, name, *field);
     if (!std::isfinite(state.time) || state.step < 0)
         throw InputError(fmt::format("{}: time {} s after {} steps is impossible: use another checkpoint",

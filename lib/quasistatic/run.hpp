@@ -19,7 +19,7 @@ struct RunOptions {
 };
 
 /// The number of this program's checkpoint format, raised when its content changes.
-inline constexpr int checkpoint_format = 5;
+inline constexpr int checkpoint_format = 6;
 
 /// The state a checkpoint holds. Throws InputError when it has another grid or another internal variable.
 [[nodiscard]] State read_state(const io::CheckpointReader& checkpoint, const Scene& scene);

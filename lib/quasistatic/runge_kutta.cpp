@@ -48,9 +48,9 @@ const Table& table_of(Scheme scheme) {
 
 class RungeKuttaMethod final : public EmbeddedMethod {
 public:
-    RungeKuttaMethod(Scheme scheme, const Grid& grid) : scheme_(scheme), table_(table_of(scheme)) {
+    RungeKuttaMethod(Scheme scheme, const Scene& scene) : scheme_(scheme), table_(table_of(scheme)) {
         for (int i = 2; i < table_.stages; ++i)
-            inner_rates_.emplace_back(grid);
+            inner_rates_.emplace_back(scene);
     }
 
     [[nodiscard]] Scheme scheme() const override { return scheme_; }
@@ -101,8 +101,8 @@ private:
 
 } // namespace
 
-std::unique_ptr<EmbeddedMethod> runge_kutta_method(Scheme scheme, const Grid& grid) {
-    return std::make_unique<RungeKuttaMethod>(scheme, grid);
+std::unique_ptr<EmbeddedMethod> runge_kutta_method(Scheme scheme, const Scene& scene) {
+    return std::make_unique<RungeKuttaMethod>(scheme, scene);
 }
 
 } // namespace ductile::quasistatic

@@ -1,10 +1,14 @@
 #pragma once
-#include <ductile/material/elasticity.hpp>
-#include <ductile/material/plasticity.hpp>
+#include <ductile/material/law.hpp>
 #include <ductile/material/units.hpp>
 #include <ductile/quasistatic/walls.hpp>
 #include <ductile/space/field.hpp>
 #include <ductile/space/grid.hpp>
+
+#include <array>
+#include <string>
+#include <utility>
+#include <vector>
 
 namespace ductile::quasistatic {
 
@@ -18,20 +22,47 @@ enum class Model {
 struct Scene {
     Units units;
     Grid grid;
-    IsotropicElasticity elasticity;
-    Plasticity plasticity;
+    Law law; ///< made with these units
     Model model = Model::full;
     WallHistory walls;
 };
 
 /// The fields at cell centres that the constitutive law evolves; two ghost rows for transport.
 struct CellState {
-    StressField stress; ///< [N][M] each, units of stress
-    Field internal;     ///< [N][M], the model's internal variable
+    StressField stress;          ///< [N][M] each, units of stress
+    std::vector<Field> internal; ///< [N][M] each, the law's internal variables
 
     CellState() = default;
-    explicit CellState(const Grid& grid);
+    CellState(const Grid& grid, std::size_t variables);
+    explicit CellState(const Scene& scene) : CellState(scene.grid, scene.law->variables().size()) {}
+
+    /// Number of fields, in this order: p, s, tau, q, internal variables.
+    [[nodiscard]] int count() const { return 4 + static_cast<int>(internal.size()); }
+    [[nodiscard]] Field& field(int k) { return const_cast<Field&>(std::as_const(*this).field(k)); }
+    [[nodiscard]] const Field& field(int k) const {
+        const Field* const parts[] = {&stress.p, &stress.s, &stress.tau, &stress.q};
+        return k < 4 ? *parts[k] : internal[static_cast<std::size_t>(k - 4)];
+    }
+    void wrap_row(int j) {
+        for (int k = 0; k < count(); ++k)
+            field(k).wrap_row(j);
+    }
 };
+
+/// "p", "s", "tau", "q", then the names of the law's internal variables.
+[[nodiscard]] std::vector<std::string> field_names(const Scene& scene);
+
+/// Closes all fields at the walls for the ENO stencil.
+void extrapolate_to_ghost_rows(CellState& cells);
+
+/// Row j of s, tau, q and the internal variables from column i on, as a Law takes them.
+template <class Pointer> struct FlowRows {
+    std::array<Pointer, 3 + most_variables> row;
+
+    operator const Pointer*() const { return row.data(); }
+};
+[[nodiscard]] FlowRows<double*> flow_rows(CellState& cells, int j, int i = 0);
+[[nodiscard]] FlowRows<const double*> flow_rows(const CellState& cells, int j, int i = 0);
 
 /// The whole state of a run.
 struct State {
@@ -41,7 +72,8 @@ struct State {
     long long step = 0;
 };
 
-/// State at rest in stress: zero stress, affine velocity between the walls (Sec. 8), given initial internal variable [N][M].
+/// State at rest in stress: zero stress, affine velocity between the walls (Sec. 8). The law's first internal variable is given,
+/// [N][M]; the others are what they start with. Throws InputError for a law without a rate form.
 [[nodiscard]] State initial_state(const Scene& scene, const Field& internal);
 
 /// Adds the affine field of two walls whose velocities change by `change` (upper) and -`change` (lower):
@@ -57,9 +89,8 @@ struct Observables {
     double normal_traction = 0.0;   ///< mean sigma_yy
     double mean_magnitude = 0.0;    ///< mean of sbar
     double largest_magnitude = 0.0; ///< max of sbar
-    double smallest_internal = 0.0;
-    double largest_internal = 0.0;
-    double plastic_fraction = 0.0; ///< share of cells at or above yield
+    std::vector<double> smallest_internal = {}, largest_internal = {}; ///< of each internal variable
+    double plastic_fraction = 0.0;                                     ///< share of cells at or above yield
 };
 [[nodiscard]] Observables observe(const Scene& scene, const CellState& cells);
 

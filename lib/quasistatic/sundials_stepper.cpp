@@ -23,16 +23,20 @@ namespace ductile::quasistatic {
 
 namespace {
 
-/// SUNDIALS sees the cells as one vector without images, p, s, tau, q, internal one after another. They are scaled such that the
-/// root mean square of all components is sqrt(1/5) times the norm (59) of (stress, internal/scale): with an absolute tolerance
-/// A/sqrt(5) and no relative one, the error test of SUNDIALS bounds that norm by A.
+/// SUNDIALS sees the cells as one vector without images, the n fields p, s, tau, q, internal variables one after another. They
+/// are scaled such that the root mean square of all components is sqrt(1/n) times the norm (59) of (stress, internal/scale): with
+/// an absolute tolerance A/sqrt(n) and no relative one, the error test of SUNDIALS bounds that norm by A.
 class PackedCells {
 public:
-    PackedCells(const Grid& grid, double internal_scale)
-        : columns_(static_cast<std::size_t>(grid.cells_x)),
-          rows_(grid.cells_y), scale_{std::sqrt(3.0), std::sqrt(2.0), std::sqrt(2.0), std::sqrt(6.0), 1.0 / internal_scale} {}
+    explicit PackedCells(const Scene& scene)
+        : columns_(static_cast<std::size_t>(scene.grid.cells_x)),
+          rows_(scene.grid.cells_y), scale_{std::sqrt(3.0), std::sqrt(2.0), std::sqrt(2.0), std::sqrt(6.0)} {
+        for (const InternalVariable& variable : scene.law->variables())
+            scale_.push_back(1.0 / variable.natural_scale());
+    }
 
-    [[nodiscard]] std::size_t size() const { return 5 * columns_ * static_cast<std::size_t>(rows_); }
+    [[nodiscard]] std::size_t fields() const { return scale_.size(); }
+    [[nodiscard]] std::size_t size() const { return fields() * columns_ * static_cast<std::size_t>(rows_); }
 
     void pack(const CellState& cells, std::span<double> values) const {
         visit(cells, values, [](const Field& field, int j, double scale, std::span<double> row) {
@@ -48,18 +52,17 @@ public:
 
 private:
     template <class Cells, class Values, class Action> void visit(Cells& cells, Values values, const Action& action) const {
-        const std::array fields{&cells.stress.p, &cells.stress.s, &cells.stress.tau, &cells.stress.q, &cells.internal};
         const std::size_t field_size = columns_ * static_cast<std::size_t>(rows_);
         for_each_row({rows_, static_cast<int>(columns_)}, [&](int j) {
-            for (std::size_t k = 0; k < fields.size(); ++k)
-                action(*fields[k], j, scale_[k],
+            for (std::size_t k = 0; k < fields(); ++k)
+                action(cells.field(static_cast<int>(k)), j, scale_[k],
                        values.subspan(k * field_size + static_cast<std::size_t>(j) * columns_, columns_));
         });
     }
 
     std::size_t columns_;
     int rows_;
-    std::array<double, 5> scale_;
+    std::vector<double> scale_;
 };
 
 sundials::ErkOptions erk_options(Scheme scheme, double tolerance, bool fixed) {
@@ -88,10 +91,10 @@ class SundialsStepper final : public IndexReducedStepper {
 public:
     SundialsStepper(Scheme scheme, const Scene& scene, std::unique_ptr<EquilibriumSolver> solver, const PassOptions& passes,
                     const SundialsOptions& options, State state)
-        : IndexReducedStepper(scene, std::move(solver), passes, std::move(state)), scheme_(scheme),
-          packing_(scene.grid, internal_scale()), projection_(scene, this->solver()), stage_(scene.grid), stage_rate_(scene.grid),
-          force_(scene.grid), values_(packing_.size()), tolerance_(options.fixed_steps ? 0.0 : options.tolerance) {
-        const double tolerance = options.tolerance / std::sqrt(5.0);
+        : IndexReducedStepper(scene, std::move(solver), passes, std::move(state)), scheme_(scheme), packing_(scene),
+          projection_(scene, this->solver()), stage_(scene), stage_rate_(scene), force_(scene.grid), values_(packing_.size()),
+          tolerance_(options.fixed_steps ? 0.0 : options.tolerance) {
+        const double tolerance = options.tolerance / std::sqrt(static_cast<double>(packing_.fields()));
         const auto f = [this](double t, std::span<const double> y, std::span<double> rate) { complete_rate(t, y, rate); };
         switch (scheme) {
         case Scheme::cvode_adams:
@@ -206,7 +209,7 @@ private:
 
     void make_mri(double tolerance) {
         const Rk21Options pointwise{.absolute_tolerance = tolerance, .relative_tolerance = tolerance, .exact_components = 1};
-        plastic_ = CellState(scene().grid);
+        plastic_ = CellState(scene());
         mri_.emplace(sundials::MultirateSystem{
             .components = values_.size(),
             .slow =

@@ -20,7 +20,7 @@ int main() {
     // Vector code compiled here, without the instruction set the library was compiled for, beside the library's own.
     const StzModel metal(StzParameters{}, Units{});
     double fluidity[pack_size];
-    store(metal.rates(Pack(1.2), Pack(0.04)).fluidity, fluidity);
-    const double expected = metal.rates(1.2, 0.04).fluidity;
+    store(metal.rates(Pack(1.2), std::array{Pack(0.04)}).fluidity, fluidity);
+    const double expected = metal.rates(1.2, std::array{0.04}).fluidity;
     fmt::print("vectors agree: {}\n", std::abs(fluidity[pack_size - 1] - expected) < 1e-13 * expected);
 }

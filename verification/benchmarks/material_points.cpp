@@ -6,6 +6,7 @@
 // and the bytes of particle data a call must touch, with the bandwidth that makes, beside that of a plain copy of memory.
 #include <ductile/base/threads.hpp>
 #include <ductile/base/timer.hpp>
+#include <ductile/material/von_mises.hpp>
 #include <ductile/mpm/explicit_step.hpp>
 #include <ductile/mpm/momentum_balance.hpp>
 
@@ -38,13 +39,13 @@ struct Case {
 
 Case make_case(int cells, ShapeFunction shape, Geometry geometry) {
     const double size = 1e-3 * cells;
-    Case c{.scene = {.geometry = geometry,
-                     .grid = {.cells_x = cells + 4, .cells_y = cells + 4, .width = size + 4e-3, .height = size + 4e-3},
-                     .shape = shape,
-                     .materials = {{VonMises(elasticity_from_young(200e9, 0.3), {.yield_stress = 0.7e9, .modulus = 0.3e9})}}},
-           .state = {}};
-    add_body(c.state.particles, {.shape = rectangle(2e-3, 2e-3, size + 2e-3, size + 2e-3), .density = 7800.0}, c.scene.grid,
-             geometry);
+    Case c{
+        .scene = {.geometry = geometry,
+                  .grid = {.cells_x = cells + 4, .cells_y = cells + 4, .width = size + 4e-3, .height = size + 4e-3},
+                  .shape = shape,
+                  .materials = {{von_mises_law(elasticity_from_young(200e9, 0.3), {.yield_stress = 0.7e9, .modulus = 0.3e9})}}},
+        .state = {}};
+    add_body(c.state.particles, {.shape = rectangle(2e-3, 2e-3, size + 2e-3, size + 2e-3), .density = 7800.0}, c.scene);
     std::mt19937 engine(1);
     std::uniform_real_distribution<double> uniform(-1.0, 1.0);
     Particles& p = c.state.particles;

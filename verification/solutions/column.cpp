@@ -7,6 +7,7 @@
 // An implicit step adds the strain dF/F of its beginning where ln F grows by ln(1 + dF/F): the error is of first order in the
 // number of steps.
 #include "cases.hpp"
+#include <ductile/material/linear_elastic.hpp>
 
 namespace solutions {
 
@@ -25,14 +26,14 @@ void compact(Table& table, const auto& shape, int cells, int steps, int particle
                  .height = height + 2.0 * h,
                  .sides = {.left = SideCondition::slip, .right = SideCondition::slip, .bottom = SideCondition::fixed}},
         .shape = shape.second,
-        .materials = {{LinearElastic(elasticity)}},
+        .materials = {{linear_elastic_law(elasticity)}},
         .body_force = [gravity](std::int64_t, double, double, double time) {
             return std::array{0.0, -gravity * time};
         }};
     State state;
     Particles& p = state.particles;
     add_body(p, {.shape = rectangle(0.0, 0.0, 3.0 * h, height), .density = density, .particles_per_side = particles_per_side},
-             scene.grid, scene.geometry);
+             scene);
     const Places start(p);
     const auto stepper = quasi_static_stepper(scene, 1e-11);
     advance(*stepper, state, 1.0, steps);

@@ -6,6 +6,7 @@
 // last column of particles, a quarter of a cell inside the edge. Reported is the displacement at (48, 52), taken from the
 // particle that is nearest to it. References: verification/solutions.py.
 #include "cases.hpp"
+#include <ductile/material/linear_elastic.hpp>
 
 namespace solutions {
 
@@ -23,12 +24,12 @@ void load(Table& table, const auto& shape, Geometry geometry, double poisson_rat
                          .bottom = -4.0,
                          .sides = {.left = SideCondition::fixed}},
                 .shape = shape.second,
-                .materials = {{LinearElastic(elasticity_from_young(1.0, poisson_ratio))}},
+                .materials = {{linear_elastic_law(elasticity_from_young(1.0, poisson_ratio))}},
                 .finite_rotation = false};
     State state;
     Particles& p = state.particles;
     const Shape membrane = [](double x, double y) { return x < 48.0 && y > 44.0 * x / 48.0 && y < 44.0 + 16.0 * x / 48.0; };
-    add_body(p, {.shape = membrane, .density = 1.0}, scene.grid, scene.geometry);
+    add_body(p, {.shape = membrane, .density = 1.0}, scene);
     const Places start(p);
     const auto in_last_column = [&](std::size_t id) { return start.x[id] > 48.0 - 0.5 * h; };
     double mass = 0.0;

@@ -12,6 +12,7 @@
 // they touch the nodes x = a with linear functions and GIMP, and those one node farther with B-splines.
 #include "cases.hpp"
 
+#include <ductile/material/von_mises.hpp>
 #include <ductile/mpm/contact_force.hpp>
 
 namespace solutions {
@@ -34,11 +35,11 @@ void widen(Table& curve, Table& profile, const auto& shape, Wall wall, double ha
                                .left = inner - behind * h,
                                .sides = {.bottom = SideCondition::slip, .top = SideCondition::slip}},
                       .shape = shape.second,
-                      .materials = {{VonMises(elasticity_from_young(1e6 * yield_stress, 0.3),
-                                              {.yield_stress = yield_stress, .modulus = hardening})}}};
+                      .materials = {{von_mises_law(elasticity_from_young(1e6 * yield_stress, 0.3),
+                                                   {.yield_stress = yield_stress, .modulus = hardening})}}};
     State state;
     Particles& p = state.particles;
-    add_body(p, {.shape = rectangle(inner, 0.0, outer, 3.0 * h), .density = 1000.0}, scene.grid, scene.geometry);
+    add_body(p, {.shape = rectangle(inner, 0.0, outer, 3.0 * h), .density = 1000.0}, scene);
     const Places start(p);
     RigidBody pusher{.name = "wall", .velocity_x = expansion, .holds_y = false};
     for (const double row : {0.5, 1.5, 2.5}) {

@@ -16,6 +16,7 @@
 #include "cases.hpp"
 
 #include <ductile/base/error.hpp>
+#include <ductile/material/linear_elastic.hpp>
 #include <ductile/mpm/momentum_balance.hpp>
 
 namespace solutions {
@@ -56,7 +57,7 @@ void bend(Table& tip, Table& line, Table& stiffness, Method method, const auto& 
                                .bottom = -8.0,
                                .sides = {.left = SideCondition::fixed}},
                       .shape = shape.second,
-                      .materials = {{LinearElastic(elasticity_from_young(young_modulus, 0.0))}},
+                      .materials = {{linear_elastic_law(elasticity_from_young(young_modulus, 0.0))}},
                       .body_force = [gravity](std::int64_t, double, double, double time) {
                           return std::array{0.0, -gravity * time / duration};
                       }};
@@ -66,7 +67,7 @@ void bend(Table& tip, Table& line, Table& stiffness, Method method, const auto& 
              {.shape = rectangle(0.0, -0.5 * thickness, length, 0.5 * thickness),
               .density = density,
               .particles_per_side = particles_per_side},
-             scene.grid, scene.geometry);
+             scene);
     const Places start(p);
     ImplicitOptions options{.preconditioner = PreconditionerKind::tangent};
     options.newton.tolerance = 1e-8;

@@ -6,6 +6,7 @@
 //   b_x = d2u/dt2 - (F G/rho_0) alpha (dF/dX)/F^2,   and likewise in y.
 // Errors are taken at c pi t = pi/2, when the displacement is largest.
 #include "cases.hpp"
+#include <ductile/material/linear_elastic.hpp>
 
 #include <numbers>
 
@@ -52,12 +53,11 @@ Errors errors_of(ShapeFunction shape, bool midpoint, double amplitude, int cells
                          .height = 1.0,
                          .sides = {SideCondition::slip, SideCondition::slip, SideCondition::slip, SideCondition::slip}},
                 .shape = shape,
-                .materials = {{LinearElastic(exact.elasticity)}},
+                .materials = {{linear_elastic_law(exact.elasticity)}},
                 .finite_rotation = false};
     State state;
     Particles& p = state.particles;
-    add_body(p, {.shape = rectangle(0.0, 0.0, 1.0, 1.0), .density = density, .particles_per_side = per_side}, scene.grid,
-             scene.geometry);
+    add_body(p, {.shape = rectangle(0.0, 0.0, 1.0, 1.0), .density = density, .particles_per_side = per_side}, scene);
     const Places start(p);
     for (std::size_t i = 0; i < p.size(); ++i) {
         p.velocity_x[i] = exact.start_velocity(start.x[i], 0.0);

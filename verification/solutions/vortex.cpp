@@ -23,6 +23,7 @@
 #include "cases.hpp"
 
 #include <ductile/base/error.hpp>
+#include <ductile/material/linear_elastic.hpp>
 
 #include <algorithm>
 #include <numbers>
@@ -197,14 +198,14 @@ void spin(Table& table, bool midpoint, double amplitude, const auto& shape, int 
     const Vortex vortex{.amplitude = amplitude};
     Scene scene{.grid = {.cells_x = cells, .cells_y = cells, .width = 3.0, .height = 3.0, .left = -1.5, .bottom = -1.5},
                 .shape = shape.second,
-                .materials = {{LinearElastic(elasticity_from_young(young_modulus, 0.3))}}};
+                .materials = {{linear_elastic_law(elasticity_from_young(young_modulus, 0.3))}}};
     State state;
     Particles& p = state.particles;
     add_body(p,
              {.shape = disk(0.0, 0.0, outer_radius) - disk(0.0, 0.0, inner_radius),
               .density = density,
               .particles_per_side = particles_per_side},
-             scene.grid, scene.geometry);
+             scene);
     const Places start(p);
     scene.body_force = [&](std::int64_t id, double, double, double time) {
         const auto i = static_cast<std::size_t>(id);

@@ -1,8 +1,0 @@
-#include <ductile/quasistatic/predictor_sweep.hpp>
-
-namespace ductile::quasistatic {
-
-template PredictorReport predict_by<Predictor::euler>(const Scene&, const CellState&, CellState&, const VectorField&, double,
-                                                      const Rk21Options&, CellState&, VectorField&);
-
-} // namespace ductile::quasistatic
