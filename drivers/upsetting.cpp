@@ -40,7 +40,7 @@ Problem make_billet(const BilletOptions& o, const Options& options) {
              problem.scene);
     RigidBody platen =
         make_rigid_body("platen", rectangle(0.0, 16e-3, width, height), options.particles_per_side, problem.scene.grid);
-    platen.velocity_y = -o.speed;
+    platen.velocity = Velocity{0.0, -o.speed};
     platen.holds_x = !o.frictionless;
     problem.start.rigid_bodies.push_back(std::move(platen));
 

@@ -65,7 +65,7 @@ Block press(const std::string& law = "von Mises", Geometry geometry = Geometry::
     for (double& y : b.state.particles.y)
         y -= 0.2;
     b.state.rigid_bodies.push_back(make_rigid_body("plate", rectangle(0.0, 0.4, 0.8, 0.5), 2, b.scene.grid));
-    b.state.rigid_bodies[0].velocity_y = -0.1;
+    b.state.rigid_bodies[0].velocity = Velocity{0.0, -0.1};
     return b;
 }
 
@@ -270,7 +270,7 @@ TEST_CASE("a column of particles just inside a new cell: harmless to implicit st
 
 TEST_CASE("a step that fails leaves the state as it was, and a shorter one succeeds") {
     Block b = press();
-    b.state.rigid_bodies[0].velocity_y = -1.0;
+    b.state.rigid_bodies[0].velocity = Velocity{0.0, -1.0};
     ImplicitOptions options = tight(SolverKind::newton_gmres, Form::velocity);
     SUBCASE("no convergence") {
         options.newton.largest_newton_iterations = 1;

@@ -20,7 +20,7 @@ struct Run {
     Run() {
         for (double& v : b.state.particles.velocity_x)
             v = 2.0; // 3.2 J
-        b.state.rigid_bodies.push_back({.name = "plate", .velocity_x = 0.5, .velocity_y = -1.0, .x = {0.75}, .y = {0.75}});
+        b.state.rigid_bodies.push_back({.name = "plate", .velocity = Velocity{0.5, -1.0}, .x = {0.75}, .y = {0.75}});
         forces = {{0.0, 0.0}};
         see(0.0);
     }

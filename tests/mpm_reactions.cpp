@@ -115,9 +115,9 @@ TEST_CASE("the momentum of all particles changes by body force and reactions, wh
                     x = std::max(x - 0.18, 1e-3); // onto the fixed side
                 b.state.rigid_bodies.push_back(make_rigid_body("plate", rectangle(0.2, 0.4, 0.8, 0.5), 2, b.scene.grid));
                 b.state.rigid_bodies.push_back(make_rigid_body("wedge", rectangle(0.4, 0.1, 0.5, 0.2), 2, b.scene.grid));
-                b.state.rigid_bodies[0].velocity_y = -0.1;
+                b.state.rigid_bodies[0].velocity = Velocity{0.0, -0.1};
                 b.state.rigid_bodies[0].holds_x = false;
-                b.state.rigid_bodies[1].velocity_x = -0.2;
+                b.state.rigid_bodies[1].velocity = Velocity{-0.2, 0.0};
                 const auto stepper = way.make(b.scene);
                 for (const double dt : {1e-4, 2e-4, 1e-4}) {
                     const std::array<double, 2> before = momentum(b.state.particles);
@@ -158,7 +158,8 @@ TEST_CASE("the momentum of all particles changes by body force and reactions, wh
 
 TEST_CASE("rigid bodies that share nodes each get what they prescribe, in any order") {
     RigidBody floor{.name = "floor", .holds_x = false, .x = {0.25, 0.35, 0.45, 0.55}, .y = {0.15, 0.15, 0.15, 0.15}};
-    RigidBody wall{.name = "wall", .velocity_x = 0.3, .holds_y = false, .x = {0.15, 0.15, 0.15}, .y = {0.15, 0.25, 0.35}};
+    RigidBody wall{
+        .name = "wall", .velocity = Velocity{0.3, 0.0}, .holds_y = false, .x = {0.15, 0.15, 0.15}, .y = {0.15, 0.25, 0.35}};
     RigidBody lid = floor;
     lid.name = "lid";
     for (const ShapeFunction shape : all_shapes) {
@@ -208,9 +209,9 @@ TEST_CASE("bodies and sides that prescribe different velocities to a node end th
         const auto stepper = make_explicit_stepper(b.scene, Form::momentum);
         return message_of<RunError>([&] { (void)stepper->attempt(b.state, 1e-5); });
     };
-    const RigidBody upper{.name = "upper", .velocity_y = -1.0, .x = {0.25}, .y = {0.35}};
-    const RigidBody lower{.name = "lower", .velocity_y = 1.0, .x = {0.25}, .y = {0.25}};
-    const RigidBody along{.name = "along", .velocity_x = 2.0, .x = {0.25}, .y = {0.05}};
+    const RigidBody upper{.name = "upper", .velocity = Velocity{0.0, -1.0}, .x = {0.25}, .y = {0.35}};
+    const RigidBody lower{.name = "lower", .velocity = Velocity{0.0, 1.0}, .x = {0.25}, .y = {0.25}};
+    const RigidBody along{.name = "along", .velocity = Velocity{2.0, 0.0}, .x = {0.25}, .y = {0.05}};
     for (const auto& bodies : {std::vector{upper, lower}, {lower, upper}}) {
         const std::string text = message(bodies, SideCondition::slip);
         CHECK(contains(text, "rigid body 'upper'"));

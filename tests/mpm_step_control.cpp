@@ -20,7 +20,7 @@ const Grid grid{.cells_x = 8, .cells_y = 10, .width = 0.8, .height = 1.0};
 State scene() {
     State state;
     state.rigid_bodies.push_back(make_rigid_body("plate", rectangle(0.0, 0.85, 0.8, 0.95), 2, grid));
-    state.rigid_bodies[0].velocity_y = -1.0;
+    state.rigid_bodies[0].velocity = Velocity{0.0, -1.0};
     return state;
 }
 
@@ -30,8 +30,8 @@ constexpr double never = 1e300;
 StepControl::Step take(StepControl& control, State& state, int newton_iterations = 3, bool touching = false,
                        double output_time = never) {
     const StepControl::Step step = control.next(state, output_time);
-    state.time = step.lands ? output_time : state.time + step.dt;
-    move_rigid_bodies(state.rigid_bodies, step.dt);
+    move_rigid_bodies(state, step.dt);
+    state.time = step.end;
     control.accepted(step, newton_iterations, std::vector<std::int64_t>(state.rigid_bodies.size(), touching ? 1 : 0));
     return step;
 }
@@ -43,11 +43,11 @@ TEST_SUITE_BEGIN("mpm_step_control");
 TEST_CASE("steps end where a rigid body reaches new nodes, and grow anew from the first contact") {
     State state = scene();
     StepControl control({.target = 0.03, .first = 0.01, .growth = 2.0, .grid = grid, .ends_at_contact = true});
-    CHECK(take(control, state).limit == "ramp");
+    CHECK(take(control, state).limit == StepLimit::ramp);
     CHECK(take(control, state).dt == doctest::Approx(0.02));
-    CHECK(take(control, state).limit == "--dt");
+    CHECK(take(control, state).limit == StepLimit::target);
     const StepControl::Step step = take(control, state, 3, true);
-    CHECK(step.limit == "contact");
+    CHECK(step.limit == StepLimit::contact);
     CHECK(step.dt == doctest::Approx(0.015));
     CHECK(step.planned == 0.03);
     CHECK(state.rigid_bodies[0].y.front() < 0.8);
@@ -61,13 +61,13 @@ TEST_CASE("steps end where a rigid body reaches new nodes, and grow anew from th
     fine.restore({.next = 0.011, .touching = {1}});
     for (int n = 0; n < 3; ++n)
         CHECK(take(later, state, 3, true).dt == 0.03);
-    for (int n = 0; n < 10 && take(fine, state, 3, true).limit != "contact"; ++n)
+    for (int n = 0; n < 10 && take(fine, state, 3, true).limit != StepLimit::contact; ++n)
         CHECK(n < 1);
     CHECK(std::abs(state.rigid_bodies[0].y.front() - 0.7) < 1e-9);
     StepControl longest({.target = 0.5, .first = 0.5, .grid = grid, .ends_at_contact = true});
     longest.restore({.next = 0.5, .touching = {1}});
     for (int n = 1; n < 4; ++n) {
-        CHECK(take(longest, state, 3, true).limit == "contact");
+        CHECK(take(longest, state, 3, true).limit == StepLimit::contact);
         CHECK(std::abs(state.rigid_bodies[0].y.front() - (0.7 - 0.1 * n)) < 1e-8);
     }
 }
@@ -89,16 +89,16 @@ TEST_CASE("of several rigid bodies the first event counts, and each has a first 
     for (int n = 0; n < 2; ++n)
         control.accepted(take(control, state), 3, std::vector<std::int64_t>{0, 1});
     const StepControl::Step step = control.next(state, never);
-    CHECK(step.limit == "contact");
+    CHECK(step.limit == StepLimit::contact);
     CHECK(step.first_contact);
 }
 
 TEST_CASE("at first contact the steps begin anew, but never longer than they were") {
     State state = scene();
     StepControl control({.target = 0.08, .first = 0.08, .grid = grid, .ends_at_contact = true, .many_newton_iterations = 20});
-    CHECK(take(control, state, 25).limit == "contact");
+    CHECK(take(control, state, 25).limit == StepLimit::contact);
     CHECK(control.next(state, never).dt == doctest::Approx(0.7 * 0.08));
-    CHECK(control.next(state, never).limit == "Newton iterations");
+    CHECK(control.next(state, never).limit == StepLimit::newton_iterations);
 }
 
 TEST_CASE("from where a step ends at contact the body holds new nodes, with every shape function") {
@@ -108,7 +108,7 @@ TEST_CASE("from where a step ends at contact the body holds new nodes, with ever
         State state;
         add_body(state.particles, {.shape = rectangle(0.2, 0.2, 0.6, 0.6), .density = 10.0}, scene);
         state.rigid_bodies.push_back(make_rigid_body("plate", rectangle(0.0, 0.85, 0.8, 0.95), 2, grid));
-        state.rigid_bodies[0].velocity_y = -1.0;
+        state.rigid_bodies[0].velocity = Velocity{0.0, -1.0};
         Options options{.cell_size = 0.1, .shape = shape, .dt = "0.03", .duration = 1.0};
         StepControl control = make_step_control(options, scene, state);
         const auto discretisation = make_discretisation(scene);
@@ -132,34 +132,34 @@ TEST_CASE("a step a little longer than planned takes the place of a remainder") 
 }
 
 TEST_CASE("new nodes of bodies with several leading points, and for wider points") {
-    RigidBody body{.name = "stair", .velocity_x = 2.0, .x = {0.05, 0.19}, .y = {0.55, 0.65}};
-    NewNodes next = time_to_new_nodes(body, grid, 0.0, 1e-9);
+    RigidBody body{.name = "stair", .velocity = Velocity{2.0, 0.0}, .x = {0.05, 0.19}, .y = {0.55, 0.65}};
+    NewNodes next = time_to_new_nodes(body, 0.0, grid, 0.0, 1e-9);
     CHECK(next.time == doctest::Approx(0.005)); // 0.01 m to the cell beyond 0.2 m
     CHECK(next.interval == doctest::Approx(0.05));
     body.y[0] = 0.65; // now one row: the first point follows into cells that the second leaves
-    next = time_to_new_nodes(body, grid, 0.0, 1e-9);
+    next = time_to_new_nodes(body, 0.0, grid, 0.0, 1e-9);
     CHECK(next.time == doctest::Approx(0.005));
-    next = time_to_new_nodes(body, grid, 0.25, 1e-9); // sees the nodes beyond a quarter of a cell before the edge
+    next = time_to_new_nodes(body, 0.0, grid, 0.25, 1e-9); // sees the nodes beyond a quarter of a cell before the edge
     CHECK(next.time == doctest::Approx(0.0125));
-    body.velocity_x = 0.0;
-    CHECK(time_to_new_nodes(body, grid, 0.0, 1e-9).time > 1e300);
+    body.velocity = Velocity{0.0, 0.0};
+    CHECK(time_to_new_nodes(body, 0.0, grid, 0.0, 1e-9).time > 1e300);
 }
 
 TEST_CASE("no rigid body travels a cell, a failure halves the step, and many Newton iterations shorten the next") {
     State state = scene();
     StepControl control({.target = 0.5, .first = 0.5, .growth = 1.2, .grid = grid, .many_newton_iterations = 20});
     const StepControl::Step step = control.next(state, never);
-    CHECK(step.limit == "rigid travel");
+    CHECK(step.limit == StepLimit::rigid_travel);
     CHECK(step.dt == doctest::Approx(0.099));
     CHECK(control.failed(step));
     CHECK(control.next(state, never).dt == doctest::Approx(0.0495));
-    CHECK(control.next(state, never).limit == "failed step");
+    CHECK(control.next(state, never).limit == StepLimit::failed_step);
     take(control, state, 3);
     CHECK(control.next(state, never).dt == doctest::Approx(1.2 * 0.0495));
     take(control, state, 15);
     CHECK(control.next(state, never).dt == doctest::Approx(1.2 * 0.0495));
     take(control, state, 21);
-    CHECK(control.next(state, never).limit == "Newton iterations");
+    CHECK(control.next(state, never).limit == StepLimit::newton_iterations);
     CHECK(control.next(state, never).dt == doctest::Approx(0.7 * 1.2 * 0.0495));
     int halvings = 0;
     while (control.failed(control.next(state, never)))
@@ -182,7 +182,7 @@ TEST_CASE("steps end at output times; the rest of a step that was cut follows, a
         } while (!step.lands);
         CHECK(taken == steps);
         CHECK(state.time == output); // to the bit
-        CHECK(step.limit == (steps == 4 ? "--dt" : "output time"));
+        CHECK(step.limit == (steps == 4 ? StepLimit::target : StepLimit::output_time));
     }
     CHECK(control.next(state, never).dt == doctest::Approx(0.1)); // all but 1e-11 s of it
     state.time += control.next(state, never).dt;
@@ -194,7 +194,7 @@ TEST_CASE("steps end at output times; the rest of a step that was cut follows, a
     CHECK(take(ramp, state, 3, false, 0.01).dt == doctest::Approx(0.01));
     CHECK(take(ramp, state, 3).dt == doctest::Approx(0.09));
     CHECK(ramp.next(state, never).dt == doctest::Approx(0.2));
-    CHECK(ramp.next(state, never).limit == "ramp");
+    CHECK(ramp.next(state, never).limit == StepLimit::ramp);
     // many Newton iterations and failures shorten what follows, landing or not
     CHECK(take(ramp, state, 31, false, state.time + 0.01).dt == doctest::Approx(0.01));
     CHECK(ramp.next(state, never).dt == doctest::Approx(0.7 * 0.2));
@@ -226,7 +226,7 @@ TEST_CASE("of an output time and a contact the earlier ends the step") {
     take(control, state, 3, false, 0.05);
     step = control.next(state, 0.09);
     CHECK_FALSE(step.lands);
-    CHECK(step.limit == "contact");
+    CHECK(step.limit == StepLimit::contact);
     CHECK(step.dt == doctest::Approx(0.025));
     CHECK(step.first_contact);
 }

@@ -18,7 +18,7 @@ Block large_block(ShapeFunction shape) {
         .state = {}};
     add_body(b.state.particles, {.shape = rectangle(0.05, 0.0, 0.45, 0.38), .density = 10.0}, b.scene);
     b.state.rigid_bodies.push_back(make_rigid_body("plate", rectangle(0.0, 0.38, 0.48, 0.42), 2, b.scene.grid));
-    b.state.rigid_bodies[0].velocity_y = -0.1;
+    b.state.rigid_bodies[0].velocity = Velocity{0.0, -0.1};
     shake(b.state.particles, 0.002);
     for (double& y : b.state.particles.y)
         y = std::max(y, 1e-4);

@@ -260,15 +260,15 @@ TEST_SUITE("quasistatic") {
         // straight from the definition: the last knot at or before t, the first after it
         const auto velocity = [&](double t) {
             if (t < knots.front().time)
-                return knots.front().velocity;
+                return knots.front().value;
             std::size_t k = 0;
             while (k + 1 < knots.size() && knots[k + 1].time <= t)
                 ++k;
             if (k + 1 == knots.size())
-                return knots.back().velocity;
+                return knots.back().value;
             const double w = (t - knots[k].time) / (knots[k + 1].time - knots[k].time);
-            return WallVelocity{(1.0 - w) * knots[k].velocity.u + w * knots[k + 1].velocity.u,
-                                (1.0 - w) * knots[k].velocity.v + w * knots[k + 1].velocity.v};
+            return WallVelocity{(1.0 - w) * knots[k].value.u + w * knots[k + 1].value.u,
+                                (1.0 - w) * knots[k].value.v + w * knots[k + 1].value.v};
         };
         const auto integral = [&](double from, double to) {
             const int pieces = 20000;

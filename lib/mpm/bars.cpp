@@ -32,7 +32,7 @@ Problem make_bar(const BarOptions& bar, const Options& options, const Material& 
              {.shape = rectangle(0.4, 0.1, 0.7, 0.4), .density = bar.density, .particles_per_side = options.particles_per_side},
              problem.scene);
     RigidBody grip = make_rigid_body("grip", rectangle(0.3, 0.1, 0.4, 0.4), options.particles_per_side, problem.scene.grid);
-    grip.velocity_x = bar.direction == BarDirection::tension ? -bar.speed : bar.speed;
+    grip.velocity = Velocity{bar.direction == BarDirection::tension ? -bar.speed : bar.speed, 0.0};
     problem.start.rigid_bodies.push_back(std::move(grip));
 
     constexpr double length = 0.3;

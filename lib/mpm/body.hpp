@@ -1,6 +1,7 @@
 #pragma once
 #include <ductile/mpm/grid.hpp>
 #include <ductile/mpm/particles.hpp>
+#include <ductile/scene/history.hpp>
 
 #include <functional>
 #include <string>
@@ -37,10 +38,11 @@ struct Scene;
 /// cell are impossible, or there is no such material.
 void add_body(Particles& particles, const Body& body, const Scene& scene);
 
-/// A rigid body: it moves with a given constant velocity, and every node that one of its points touches moves with it.
+/// A rigid body: it moves with a given velocity, and every node that one of its points touches moves with it, over a step with its
+/// mean.
 struct RigidBody {
     std::string name;
-    double velocity_x = 0.0, velocity_y = 0.0;
+    History<Velocity> velocity = {}; ///< [m/s]
     bool holds_x = true, holds_y = true; ///< which components of the nodes' velocity it prescribes; both: no slip
     std::vector<double> x = {}, y = {};  ///< its points
 };

@@ -49,9 +49,10 @@ public:
     virtual ~Discretisation() = default;
 
     /// Weights, active nodes, masses (2.2.12), mapped velocities (2.2.14), prescribed components. May sort the particles.
+    /// Rigid bodies hold their nodes at their mean velocity over a step of dt seconds from `time` on.
     /// Throws RunError for a particle outside the grid, and for a node that two rigid bodies, or a body and a side, hold at
     /// different velocities.
-    virtual void prepare(Particles& particles, std::span<const RigidBody> rigid_bodies) = 0;
+    virtual void prepare(Particles& particles, std::span<const RigidBody> rigid_bodies, double time = 0.0, double dt = 0.0) = 0;
     [[nodiscard]] virtual const ActiveNodes& nodes() const = 0;
 
     /// f_i = -sum V_p grad N_i sigma_p, (2.2.9)-(2.2.10) with the particles' present stress and the volumes of prepare();

@@ -12,7 +12,7 @@ ExplicitStep::ExplicitStep(const Scene& scene, Form form)
 
 void ExplicitStep::advance(State& state, double dt) {
     Discretisation& d = *discretisation_;
-    d.prepare(state.particles, state.rigid_bodies);
+    d.prepare(state.particles, state.rigid_bodies, state.time, dt);
     const ActiveNodes& nodes = d.nodes();
     const std::size_t size = nodes.components();
     for (auto* field : {&force_, &increment_, &motion_})
@@ -40,7 +40,7 @@ void ExplicitStep::advance(State& state, double dt) {
     const NodalMotion motion{motion_, straining, increment_, false, dt};
     check_forecast(state, motion);
     d.advance(state.particles, motion);
-    move_rigid_bodies(state.rigid_bodies, dt);
+    move_rigid_bodies(state, dt);
     state.time += dt;
     ++state.step;
 }

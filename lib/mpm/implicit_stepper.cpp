@@ -92,7 +92,7 @@ public:
             return outcome;
         }
         balance_.discretisation().advance(state.particles, motion);
-        move_rigid_bodies(state.rigid_bodies, dt);
+        move_rigid_bodies(state, dt);
         state.time += dt;
         ++state.step;
         outcome.accepted = true;

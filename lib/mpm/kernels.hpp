@@ -15,8 +15,8 @@ template <class Shape, Geometry geometry> class Kernels final : public Discretis
 public:
     explicit Kernels(const Scene& scene) : scene_(scene), transfer_(scene.grid) {}
 
-    void prepare(Particles& particles, std::span<const RigidBody> rigid_bodies) override {
-        transfer_.prepare(particles, rigid_bodies);
+    void prepare(Particles& particles, std::span<const RigidBody> rigid_bodies, double time, double dt) override {
+        transfer_.prepare(particles, rigid_bodies, time, dt);
         volume_.resize(particles.size());
         if constexpr (axisymmetric)
             inverse_radius_.resize(particles.size());

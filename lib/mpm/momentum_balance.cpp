@@ -25,7 +25,7 @@ void MomentumBalance::prepare(State& state, double dt) {
     dt_ = dt;
     largest_wave_speed_ = fastest_wave(scene_, state.particles);
     Discretisation& d = *discretisation_;
-    d.prepare(state.particles, state.rigid_bodies);
+    d.prepare(state.particles, state.rigid_bodies, state.time, dt);
     const ActiveNodes& n = d.nodes();
     const std::size_t size = n.components();
     for (auto* field : {&guess_, &known_, &change_, &velocity_, &work_, &motion_, &increment_})

@@ -84,7 +84,8 @@ void Monitor::observe(const Observation& seen, double smallest_determinant, Tall
     for (std::size_t b = 0; b < seen.contact_forces.size(); ++b) {
         const RigidBody& body = state.rigid_bodies[b];
         const auto& force = seen.contact_forces[b];
-        add_work(-seen.dt * (force[0] * body.velocity_x + force[1] * body.velocity_y));
+        const Velocity mean = body.velocity.mean(state.time - seen.dt, state.time);
+        add_work(-seen.dt * (force[0] * mean.u + force[1] * mean.v));
     }
     double& smallest = tally["smallest_determinant"].front();
     smallest = std::min(smallest, smallest_determinant);

@@ -132,7 +132,7 @@ void Recorder::row(const State& state, const LastStep& last) {
 }
 
 void Recorder::progress(const State& state, const StepControl::Step& step) {
-    progress_.update({state.time, state.step, step.dt, step.limit});
+    progress_.update({state.time, state.step, step.dt, to_string(step.limit)});
 }
 
 void Recorder::checkpoint(const State& state, const StepControl& control, const Tally& tally,

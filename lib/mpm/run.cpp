@@ -20,7 +20,7 @@ namespace {
 std::vector<std::array<double, 2>> contact_forces_at_start(const Problem& problem) {
     const auto discretisation = make_discretisation(problem.scene);
     Particles particles = problem.start.particles; // may be sorted
-    discretisation->prepare(particles, problem.start.rigid_bodies);
+    discretisation->prepare(particles, problem.start.rigid_bodies, problem.start.time);
     std::vector<double> force(discretisation->nodes().components()), external(force.size());
     discretisation->internal_force(particles, force);
     discretisation->body_force(particles, problem.start.time, external);
@@ -35,7 +35,8 @@ std::vector<std::array<double, 2>> contact_forces_at_start(const Problem& proble
 /// Throws InputError for a rigid body that would take more steps than a machine can make.
 void check_rigid_travel(const Scene& scene, const State& state, double end) {
     for (const RigidBody& body : state.rigid_bodies) {
-        const double speed = std::max(std::abs(body.velocity_x), std::abs(body.velocity_y));
+        const double speed = body.velocity.largest(
+            [](const Velocity& velocity) { return std::max(std::abs(velocity.u), std::abs(velocity.v)); }, state.time);
         const double cells = speed * (end - state.time) / scene.grid.smallest_spacing();
         if (cells > 1e9)
             throw InputError(
@@ -79,7 +80,7 @@ public:
             throw RunError(fmt::format(
                 "step {} at t = {:.6g} s would be {:.3g} s long ({}), too short to change the time: look for a speed or "
                 "a length that is out of all proportion",
-                state_.step + 1, state_.time, step_.dt, step_.limit));
+                state_.step + 1, state_.time, step_.dt, to_string(step_.limit)));
         StepOutcome outcome = stepper_.attempt(state_, step_.dt);
         if (!outcome.accepted) {
             ++events_.at(counter_of(outcome.failure));
@@ -95,14 +96,13 @@ public:
                     touching_[static_cast<std::size_t>(hold.holder)] = 1;
         }
         control_.accepted(step_, outcome.newton_iterations, touching_);
-        if (step_.limit == "rigid travel")
+        if (step_.limit == StepLimit::rigid_travel)
             ++events_.at("steps_cut_by_rigid_travel");
-        if (step_.limit == "contact")
+        if (step_.limit == StepLimit::contact)
             ++events_.at("steps_ended_at_contact");
         if (outcome.newton_iterations > control_.options().many_newton_iterations)
             ++events_.at("steps_with_many_newton_iterations");
-        if (step_.lands)
-            state_.time = output_time_s;
+        state_.time = step_.end;
         last_.dt = step_.dt;
         last_.outcome = std::move(outcome);
         return step_.lands ? run::Attempt::landed : run::Attempt::accepted;

@@ -39,7 +39,8 @@ std::vector<MaterialNumbers> material_numbers(const Scene& scene, const Particle
                                               std::span<const RigidBody> rigid_bodies) {
     double rigid_speed = 0.0;
     for (const RigidBody& body : rigid_bodies)
-        rigid_speed = std::max(rigid_speed, std::hypot(body.velocity_x, body.velocity_y));
+        rigid_speed = std::max(
+            rigid_speed, body.velocity.largest([](const Velocity& velocity) { return std::hypot(velocity.u, velocity.v); }, 0.0));
     std::vector<MaterialNumbers> all;
     for (std::size_t m = 0; m < scene.materials.size(); ++m) {
         MaterialNumbers numbers{.name = scene.materials.size() > 1 ? fmt::format("material {}", m) : "the material",
@@ -110,9 +111,6 @@ void check_numbers(const Scene& scene, const Particles& particles) {
 }
 
 void check_rigid_body(const RigidBody& body) {
-    if (!std::isfinite(body.velocity_x) || !std::isfinite(body.velocity_y))
-        throw InputError(fmt::format("the rigid body '{}' has the velocity ({}, {}) m/s: it must be finite", body.name,
-                                     body.velocity_x, body.velocity_y));
     if (body.x.empty() || body.x.size() != body.y.size())
         throw InputError(
             fmt::format("the rigid body '{}' has {} x and {} y of points: it needs as many of both, and one at least", body.name,

@@ -15,12 +15,14 @@ struct State {
     std::int64_t step = 0;
 };
 
-inline void move_rigid_bodies(std::vector<RigidBody>& bodies, double dt) {
-    for (RigidBody& body : bodies) {
+/// To where they are a step of dt seconds from state.time on.
+inline void move_rigid_bodies(State& state, double dt) {
+    for (RigidBody& body : state.rigid_bodies) {
+        const Velocity mean = body.velocity.mean(state.time, state.time + dt);
         for (double& x : body.x)
-            x += dt * body.velocity_x;
+            x += dt * mean.u;
         for (double& y : body.y)
-            y += dt * body.velocity_y;
+            y += dt * mean.v;
     }
 }
 

@@ -10,20 +10,64 @@ namespace ductile::mpm {
 
 namespace {
 constexpr double smallest_rest = 1e-3; // of a step: less is not worth one
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+/// When a motion has covered a distance > 0; infinity if never.
+double time_to_cover(double distance, double velocity, double acceleration) {
+    if (acceleration == 0.0)
+        return velocity > 0.0 ? distance / velocity : infinity;
+    const double square = velocity * velocity + 2.0 * acceleration * distance; // of the velocity there
+    const double sum = square >= 0.0 ? velocity + std::sqrt(square) : 0.0;
+    return sum > 0.0 ? 2.0 * distance / sum : infinity;
 }
+
+/// A rigid body's motion along x or y, one way: its places, velocity and acceleration until the next knot.
+struct Way {
+    const std::vector<double>&place, &across;
+    double origin, cell, origin_across, cell_across;
+    double velocity, acceleration, sign;
+
+    /// Time to so many cells from here.
+    [[nodiscard]] double time(double cells) const {
+        return acceleration == 0.0 ? (velocity > 0.0 ? cells * (cell / velocity) : infinity)
+                                   : time_to_cover(cells * cell, velocity, acceleration);
+    }
+};
+
+/// Those that the body may go.
+std::vector<Way> ways(const RigidBody& body, double time, const Grid& grid) {
+    const Velocity v = body.velocity.after(time), a = body.velocity.slope(time);
+    std::vector<Way> all;
+    for (const double sign : {1.0, -1.0}) {
+        if (sign * v.u > 0.0 || sign * a.u > 0.0)
+            all.push_back({body.x, body.y, grid.left, grid.dx(), grid.bottom, grid.dy(), sign * v.u, sign * a.u, sign});
+        if (sign * v.v > 0.0 || sign * a.v > 0.0)
+            all.push_back({body.y, body.x, grid.bottom, grid.dy(), grid.left, grid.dx(), sign * v.v, sign * a.v, sign});
+    }
+    return all;
+}
+} // namespace
+
+const char* to_string(StepLimit limit) {
+    constexpr const char* names[] = {"--dt",         "ramp",    "failed step", "Newton iterations",
+                                     "rigid travel", "contact", "output time", "knot of a history"};
+    return names[static_cast<int>(limit)];
+}
+
+double StepControl::sliver() const { return 1e-9 * std::min(plan_.next, options_.target); }
 
 StepControl::Step StepControl::by_rigid_bodies(const State& state) const {
     const double planned = std::min(plan_.next, options_.target);
-    constexpr std::string_view reasons[] = {"ramp", "failed step", "Newton iterations"};
-    Step step{planned, plan_.next < options_.target ? reasons[static_cast<int>(plan_.shortened)] : "--dt", planned};
+    constexpr StepLimit reasons[] = {StepLimit::ramp, StepLimit::failed_step, StepLimit::newton_iterations};
+    Step step{planned, plan_.next < options_.target ? reasons[static_cast<int>(plan_.shortened)] : StepLimit::target, planned};
     if (plan_.rest > 0.0)
-        step = {std::min(plan_.rest, planned), "output time", planned};
+        step = {std::min(plan_.rest, planned), StepLimit::output_time, planned};
+    const double now = state.time + sliver();
     constexpr double largest_travel = 0.99; // of a cell
     for (const RigidBody& body : state.rigid_bodies)
-        for (const auto& [speed, cell] :
-             {std::pair{std::abs(body.velocity_x), options_.grid.dx()}, {std::abs(body.velocity_y), options_.grid.dy()}})
-            if (speed * step.dt > largest_travel * cell)
-                step = {largest_travel * cell / speed, "rigid travel", planned};
+        for (const Way& way : ways(body, now, options_.grid))
+            if (const double time = time_to_cover(largest_travel * way.cell, way.velocity, way.acceleration); time < step.dt)
+                step = {time, StepLimit::rigid_travel, planned};
     if (!options_.ends_at_contact)
         return step;
     const double limit = step.dt;
@@ -31,10 +75,10 @@ StepControl::Step StepControl::by_rigid_bodies(const State& state) const {
     double earliest = 1.02 * limit; // a little longer than planned rather than a remainder too small to be worth a step
     for (std::size_t b = 0; b < state.rigid_bodies.size(); ++b) {
         const bool touching = b < plan_.touching.size() && plan_.touching[b] != 0;
-        const NewNodes nodes = time_to_new_nodes(state.rigid_bodies[b], options_.grid, options_.reach, options_.landing);
+        const NewNodes nodes = time_to_new_nodes(state.rigid_bodies[b], now, options_.grid, options_.reach, options_.landing);
         if (nodes.time < earliest && (!touching || worth(nodes.interval))) {
             earliest = nodes.time;
-            step = {earliest, "contact", planned, !touching};
+            step = {earliest, StepLimit::contact, planned, !touching};
         }
     }
     return step;
@@ -42,21 +86,27 @@ StepControl::Step StepControl::by_rigid_bodies(const State& state) const {
 
 StepControl::Step StepControl::next(const State& state, double output_time) const {
     Step step = by_rigid_bodies(state);
-    const double left = output_time - state.time;
+    double knot = infinity;
+    for (const RigidBody& body : state.rigid_bodies)
+        knot = std::min(knot, body.velocity.next_knot(state.time + sliver()));
+    const bool lands = !(knot < output_time - sliver());
+    const double goal = lands ? output_time : knot, left = goal - state.time;
+    step.end = state.time + step.dt;
     if (step.dt < left * (1.0 - 1e-6))
         return step;
     if (step.dt > left * (1.0 + 1e-6)) {
-        step.limit = "output time";
+        step.limit = lands ? StepLimit::output_time : StepLimit::history_knot;
         step.first_contact = false; // that comes later
     }
     step.dt = left;
-    step.lands = true;
+    step.end = goal;
+    step.lands = lands;
     return step;
 }
 
 void StepControl::accepted(const Step& step, int newton_iterations, std::span<const std::int64_t> touching) {
-    const double taken = step.limit == "rigid travel" ? step.dt : step.planned;
-    const bool cut = step.lands && step.limit == "output time";
+    const double taken = step.limit == StepLimit::rigid_travel ? step.dt : step.planned;
+    const bool cut = step.limit == StepLimit::history_knot || (step.lands && step.limit == StepLimit::output_time);
     const double rest = cut ? std::min(plan_.rest > 0.0 ? plan_.rest : step.planned, step.planned) - step.dt : 0.0;
     plan_.rest = rest > smallest_rest * step.planned ? rest : 0.0;
     if (newton_iterations > options_.many_newton_iterations) {
@@ -86,23 +136,14 @@ bool StepControl::failed(const Step& step) {
     return plan_.next > std::ldexp(options_.target, -30);
 }
 
-NewNodes time_to_new_nodes(const RigidBody& body, const Grid& grid, double reach, double landing) {
-    struct Axis {
-        const std::vector<double>& place;
-        double velocity, origin, cell;
-    };
-    const Axis axes[2] = {{body.x, body.velocity_x, grid.left, grid.dx()}, {body.y, body.velocity_y, grid.bottom, grid.dy()}};
+NewNodes time_to_new_nodes(const RigidBody& body, double time, const Grid& grid, double reach, double landing) {
     NewNodes earliest;
-    for (int a = 0; a < 2; ++a) {
-        const Axis &along = axes[a], &across = axes[1 - a];
-        if (along.velocity == 0.0)
-            continue;
-        const double interval = along.cell / std::abs(along.velocity), sign = along.velocity > 0.0 ? 1.0 : -1.0;
-        earliest.interval = std::min(earliest.interval, interval);
+    for (const Way& along : ways(body, time, grid)) {
+        earliest.interval = std::min(earliest.interval, along.time(1.0));
         // cells passed, rising in the direction of motion
-        const auto way = [&](std::size_t p) { return sign * (along.place[p] - along.origin) / along.cell + reach; };
+        const auto way = [&](std::size_t p) { return along.sign * (along.place[p] - along.origin) / along.cell + reach; };
         const auto cell = [&](std::size_t p, double cells) {
-            const double row = std::floor((across.place[p] - across.origin) / across.cell);
+            const double row = std::floor((along.across[p] - along.origin_across) / along.cell_across);
             return std::pair{static_cast<std::int64_t>(row), static_cast<std::int64_t>(std::floor(cells))};
         };
         std::vector<std::pair<std::int64_t, std::int64_t>> occupied;
@@ -112,7 +153,7 @@ NewNodes time_to_new_nodes(const RigidBody& body, const Grid& grid, double reach
         occupied.erase(std::unique(occupied.begin(), occupied.end()), occupied.end());
         for (std::size_t p = 0; p < along.place.size(); ++p)
             if (!std::binary_search(occupied.begin(), occupied.end(), cell(p, way(p) + 1.0)))
-                earliest.time = std::min(earliest.time, (std::floor(way(p)) + 1.0 - way(p) + landing) * interval);
+                earliest.time = std::min(earliest.time, along.time(std::floor(way(p)) + 1.0 - way(p) + landing));
     }
     return earliest;
 }

@@ -5,10 +5,14 @@
 #include <cstdint>
 #include <limits>
 #include <span>
-#include <string_view>
 #include <vector>
 
 namespace ductile::mpm {
+
+/// What limits a step.
+enum class StepLimit { target, ramp, failed_step, newton_iterations, rigid_travel, contact, output_time, history_knot };
+/// For the progress line.
+[[nodiscard]] const char* to_string(StepLimit limit);
 
 /// Chooses the steps: from a first one up to the target by a constant factor (the paper's 20 % ramp), and
 /// - no farther than to where a rigid body reaches new nodes: contact, which is looked for at the beginning of a step, would come
@@ -17,9 +21,8 @@ namespace ductile::mpm {
 /// - about a cell of a rigid body's way at most: it would pass through what it is to push, without an error;
 /// - half as long after a failure;
 /// - 0.7 times as long after a step that needed many Newton iterations; no longer after one that needed half as many;
-/// - to the next output time at most, and exactly there: the rest of a step that was cut so is the next one, and steps fall where
-/// they
-///   would without output.
+/// - to the next output time or knot of a rigid body's history at most, and exactly there: the rest of a step that was cut so is
+///   the next one, and steps fall where they would without.
 class StepControl {
 public:
     struct Options {
@@ -34,10 +37,11 @@ public:
     };
     struct Step {
         double dt = 0.0;
-        std::string_view limit = {}; ///< what limits it, for the progress line
-        double planned = 0.0;        ///< its length but for rigid bodies and output times
-        bool first_contact = false;  ///< it ends where a rigid body that touches nothing reaches new nodes
-        bool lands = false;          ///< it ends at the output time
+        StepLimit limit = StepLimit::target;
+        double planned = 0.0;       ///< its length but for rigid bodies and output times
+        bool first_contact = false; ///< it ends where a rigid body that touches nothing reaches new nodes
+        double end = 0.0;           ///< the time then: exactly the output time or the knot, where it ends there
+        bool lands = false;         ///< it ends at the output time
     };
 
     explicit StepControl(const Options& options) : options_(options), plan_{.next = options.first} {}
@@ -65,16 +69,18 @@ public:
 
 private:
     [[nodiscard]] Step by_rigid_bodies(const State& state) const;
+    /// A time of which knots and ends of steps that are nearer to each other are one.
+    [[nodiscard]] double sliver() const;
 
     Options options_;
     Plan plan_;
 };
 
-/// When a point of a rigid body will be the body's first to see the nodes of a cell, and the time from there to the next such
-/// event [s]; infinity for bodies at rest.
+/// How long after `time` a point of a rigid body will be the body's first to see the nodes of a cell, and how long the body takes
+/// for a cell's way from then on [s]; infinity for bodies at rest, and for what lies beyond the next knot of the history.
 struct NewNodes {
     double time = std::numeric_limits<double>::infinity(), interval = std::numeric_limits<double>::infinity();
 };
-[[nodiscard]] NewNodes time_to_new_nodes(const RigidBody& body, const Grid& grid, double reach, double landing);
+[[nodiscard]] NewNodes time_to_new_nodes(const RigidBody& body, double time, const Grid& grid, double reach, double landing);
 
 } // namespace ductile::mpm

@@ -264,12 +264,13 @@ void Transfer<Shape>::hold(std::size_t component, double velocity, std::int32_t 
     nodes_.holds.push_back({static_cast<std::int32_t>(component), holder});
 }
 
-template <class Shape> void Transfer<Shape>::prescribe(std::span<const RigidBody> rigid_bodies) {
+template <class Shape> void Transfer<Shape>::prescribe(std::span<const RigidBody> rigid_bodies, double time, double dt) {
     nodes_.prescribed.assign(2 * nodes_.count(), 0);
     nodes_.holds.clear();
     touched_by_.assign(nodes_.count(), -1);
     for (std::size_t b = 0; b < rigid_bodies.size(); ++b) {
         const RigidBody& body = rigid_bodies[b];
+        const Velocity velocity = body.velocity.mean(time, time + dt);
         const auto number_of_body = static_cast<std::int32_t>(b);
         for (std::size_t p = 0; p < body.x.size(); ++p) {
             if (!inside(body.x[p], body.y[p]))
@@ -288,9 +289,9 @@ template <class Shape> void Transfer<Shape>::prescribe(std::span<const RigidBody
                 if (std::exchange(touched_by_[n], number_of_body) == number_of_body)
                     continue;
                 if (body.holds_x)
-                    hold(2 * n, body.velocity_x, number_of_body, rigid_bodies);
+                    hold(2 * n, velocity.u, number_of_body, rigid_bodies);
                 if (body.holds_y)
-                    hold(2 * n + 1, body.velocity_y, number_of_body, rigid_bodies);
+                    hold(2 * n + 1, velocity.v, number_of_body, rigid_bodies);
             }
         }
     }
@@ -314,7 +315,8 @@ template <class Shape> void Transfer<Shape>::prescribe(std::span<const RigidBody
     }
 }
 
-template <class Shape> void Transfer<Shape>::prepare(Particles& particles, std::span<const RigidBody> rigid_bodies) {
+template <class Shape>
+void Transfer<Shape>::prepare(Particles& particles, std::span<const RigidBody> rigid_bodies, double time, double dt) {
     particles_ = particles.size();
     weights_.resize(2 * Shape::stored * particles.size());
     first_.resize(particles.size());
@@ -339,7 +341,7 @@ template <class Shape> void Transfer<Shape>::prepare(Particles& particles, std::
     number_nodes();
     number_runs(particles);
     map_velocities(particles);
-    prescribe(rigid_bodies);
+    prescribe(rigid_bodies, time, dt);
 }
 
 template <class Shape> std::size_t Transfer<Shape>::memory_bytes() const {

@@ -41,7 +41,7 @@ public:
     /// the particles. Rigid bodies and sides that hold one component of a node share it if they prescribe the same velocity.
     /// Throws RunError for a particle that has left the grid (which, and where), for mass that no step can work with, and where
     /// rigid bodies and sides prescribe different velocities to one component of a node.
-    void prepare(Particles& particles, std::span<const RigidBody> rigid_bodies);
+    void prepare(Particles& particles, std::span<const RigidBody> rigid_bodies, double time, double dt);
 
     [[nodiscard]] const ActiveNodes& nodes() const { return nodes_; }
     /// Calls `visit(runs)` for all stripes of runs, on several threads. Stripes are some rows of nodes high: what runs of one and
@@ -109,7 +109,7 @@ private:
     void number_nodes();
     void number_runs(const Particles& particles);
     void map_velocities(const Particles& particles);
-    void prescribe(std::span<const RigidBody> rigid_bodies);
+    void prescribe(std::span<const RigidBody> rigid_bodies, double time, double dt);
     void hold(std::size_t component, double velocity, std::int32_t holder, std::span<const RigidBody> rigid_bodies);
 
     Grid grid_;

@@ -27,7 +27,7 @@ double largest_wall_speed(const Options& o, const Scene& scene) {
     double largest = 0.0;
     for (const WallKnot& knot : scene.walls.knots())
         if (knot.time * scene.units.time <= o.duration)
-            largest = std::max(largest, std::hypot(knot.velocity.u, knot.velocity.v));
+            largest = std::max(largest, std::hypot(knot.value.u, knot.value.v));
     return largest * scene.units.velocity();
 }
 

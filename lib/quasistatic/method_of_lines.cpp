@@ -64,7 +64,7 @@ Comparison add_walls_and_compare(const Grid& grid, const WallVelocity& wall, con
 MethodOfLines::MethodOfLines(const Scene& scene, EquilibriumSolver& solver, const PassOptions& passes)
     : scene_(scene), solver_(solver), passes_(passes), next_velocity_(scene.grid), speed_scale_(0.0) {
     for (const WallKnot& knot : scene.walls.knots())
-        speed_scale_ = std::max({speed_scale_, std::abs(knot.velocity.u), std::abs(knot.velocity.v)});
+        speed_scale_ = std::max({speed_scale_, std::abs(knot.value.u), std::abs(knot.value.v)});
     if (speed_scale_ == 0.0)
         speed_scale_ = 1.0; // walls at rest for ever: any scale will do
 }

@@ -135,11 +135,10 @@ void declare(io::Program& program, Options& options) {
 
 Scene make_scene(const Options& o) {
     const Units units = natural_units(o.material, length_unit(o));
-    WallHistory walls = o.wall_history.empty() ? WallHistory(std::vector<WallKnot>{{0.0, {o.wall_velocity, 0.0}}})
-                                               : parse_wall_history(o.wall_history);
-    std::vector<WallKnot> knots = walls.knots();
+    std::vector<WallKnot> knots =
+        (o.wall_history.empty() ? WallHistory({o.wall_velocity, 0.0}) : parse_wall_history(o.wall_history)).knots();
     for (WallKnot& knot : knots)
-        knot = {knot.time / units.time, {knot.velocity.u / units.velocity(), knot.velocity.v / units.velocity()}};
+        knot = {knot.time / units.time, knot.value / units.velocity()};
     Scene scene{
         .units = units,
         .grid = {.cells_x = o.cells.x, .cells_y = o.cells.y, .width = o.width / units.length, .height = o.height / units.length},

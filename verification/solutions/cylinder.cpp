@@ -41,7 +41,7 @@ void widen(Table& curve, Table& profile, const auto& shape, Wall wall, double ha
     Particles& p = state.particles;
     add_body(p, {.shape = rectangle(inner, 0.0, outer, 3.0 * h), .density = 1000.0}, scene);
     const Places start(p);
-    RigidBody pusher{.name = "wall", .velocity_x = expansion, .holds_y = false};
+    RigidBody pusher{.name = "wall", .velocity = Velocity{expansion, 0.0}, .holds_y = false};
     for (const double row : {0.5, 1.5, 2.5}) {
         pusher.x.push_back(inner - 0.5 * behind * h);
         pusher.y.push_back(row * h);
