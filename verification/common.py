@@ -70,6 +70,8 @@ def canonical(value):
     """One form for what TOML and JSON write differently: numbers in quotes, lists as text, lists of one element."""
     if isinstance(value, str) and "," in value:
         value = value.split(",")
+    if isinstance(value, dict):
+        return {name: canonical(entry) for name, entry in value.items()}
     if isinstance(value, list):
         return canonical(value[0]) if len(value) == 1 else [canonical(element) for element in value]
     try:
@@ -100,7 +102,7 @@ def stopped_with(folder, wanted):
     """Whether the folder holds a checkpoint of an unfinished run with these parameters."""
     try:
         with h5py.File(folder / "checkpoint.h5", "r") as file:
-            return decisive(tomllib.loads(file["config"][()].decode())) == wanted
+            return wanted.items() <= decisive(tomllib.loads(file["config"][()].decode())).items()
     except OSError:
         return False
 
@@ -111,7 +113,7 @@ def run(program, folder, options, threads=1, timed=False):
     printed = subprocess.run(command(program, options) + ["--print-config"], check=True, capture_output=True, text=True)
     wanted = decisive(tomllib.loads(printed.stdout))
     done = summary(folder)
-    if done and done["status"] == "completed" and decisive(done["parameters"]) == wanted:
+    if done and done["status"] == "completed" and wanted.items() <= decisive(done["parameters"]).items():
         return folder
     common = {"threads": threads, "quiet": "true", "checkpoint-every": 120}
     if not timed and stopped_with(folder, wanted):

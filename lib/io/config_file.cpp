@@ -3,11 +3,15 @@
 #include <ductile/io/option_values.hpp>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #define TOML_ENABLE_FORMATTERS 0
 #include <toml++/toml.h>
 
 #include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
 
 namespace ductile::io {
 namespace {
@@ -22,56 +26,67 @@ void check_encoding(std::string_view text) {
         throw InputError("the file contains null characters: save it as UTF-8 text");
 }
 
-std::string text_of(const toml::node& value) {
-    if (const auto* text = value.as_string())
-        return text->get();
-    if (const auto* number = value.as_integer())
-        return fmt::format("{}", number->get());
-    if (const auto* truth = value.as_boolean())
-        return truth->get() ? "true" : "false";
-    if (const auto* number = value.as_floating_point()) {
-        const std::string text = to_text(number->get());
-        return text.find_first_not_of("-0123456789") == text.npos ? text + ".0" : text; // no whole number by its type
-    }
-    if (value.is_table())
-        throw InputError("tables are not used: all keys stand at the top level, as key = value");
-    if (value.is_array())
-        throw InputError("arrays in arrays are not used");
-    throw InputError("dates and times of day are not used: a time is a number of seconds");
-}
+int line_of(const toml::source_region& region) { return static_cast<int>(region.begin.line); }
 
-ConfigEntry entry_of(const toml::key& key, const toml::node& node) {
-    ConfigEntry entry{.key = std::string(key.str()), .line = static_cast<int>(key.source().begin.line)};
-    if (const auto* array = node.as_array()) {
-        entry.is_array = true;
-        for (const toml::node& element : *array)
-            entry.values.push_back(text_of(element));
+/// `line` is kept at what is being read.
+ConfigNode node_of(std::string key, const toml::node& value, int& line) {
+    using Kind = ConfigNode::Kind;
+    ConfigNode node{.key = std::move(key), .line = line};
+    if (const auto* text = value.as_string()) {
+        node.kind = Kind::quoted;
+        node.text = text->get();
+    } else if (const auto* whole = value.as_integer()) {
+        node.text = fmt::format("{}", whole->get());
+    } else if (const auto* truth = value.as_boolean()) {
+        node.text = truth->get() ? "true" : "false";
+    } else if (const auto* number = value.as_floating_point()) {
+        node.text = to_text(number->get());
+        if (node.text.find_first_not_of("-0123456789") == node.text.npos)
+            node.text += ".0"; // no whole number by its type
+    } else if (const auto* array = value.as_array()) {
+        node.kind = Kind::array;
+        for (const toml::node& element : *array) {
+            line = line_of(element.source());
+            node.children.push_back(node_of({}, element, line));
+        }
+    } else if (const auto* table = value.as_table()) {
+        node.kind = Kind::table;
+        for (auto&& [name, entry] : *table) {
+            line = line_of(name.source());
+            node.children.push_back(node_of(std::string(name.str()), entry, line));
+        }
+        std::ranges::stable_sort(node.children, {}, &ConfigNode::line);
     } else {
-        entry.values.push_back(text_of(node));
+        throw InputError("dates and times of day are not used: a time is a number of seconds");
     }
-    return entry;
+    return node;
 }
 
 } // namespace
 
-std::vector<ConfigEntry> read_config(const std::string& text, const std::string& source) {
-    std::vector<ConfigEntry> entries;
+const ConfigNode* ConfigNode::find(std::string_view name) const {
+    const auto found = std::ranges::find(children, name, &ConfigNode::key);
+    return is_table() && found != children.end() ? &*found : nullptr;
+}
+
+ConfigNode read_config(const std::string& text, const std::string& source) {
     int line = 1;
     try {
         check_encoding(text);
-        const toml::table table = toml::parse(text);
-        for (auto&& [key, node] : table) {
-            line = static_cast<int>(key.source().begin.line);
-            entries.push_back(entry_of(key, node));
-        }
+        return node_of({}, toml::parse(text), line);
     } catch (const InputError& error) {
         throw InputError(fmt::format("{}, line {}: {}", source, line, error.what()));
     } catch (const toml::parse_error& error) {
         throw InputError(fmt::format("{}, line {}: {} (TOML: one key = value a line, texts in quotes)", source,
                                      error.source().begin.line, error.description()));
     }
-    std::ranges::sort(entries, {}, &ConfigEntry::line);
-    return entries;
+}
+
+std::string read_config_file(const std::string& path) {
+    std::ifstream file(path);
+    if (!file || std::filesystem::is_directory(path))
+        throw InputError(fmt::format("{}: the file cannot be read", path));
+    return {std::istreambuf_iterator<char>(file), {}};
 }
 
 std::string toml_quoted(std::string_view text) {
@@ -82,6 +97,17 @@ std::string toml_quoted(std::string_view text) {
         result += c;
     }
     return result + '"';
+}
+
+std::string toml_array(const std::vector<double>& values) { return fmt::format("[{}]", fmt::join(values, ", ")); }
+
+std::string to_toml(const ConfigNode& node) {
+    if (!node.is_array() && !node.is_table())
+        return node.kind == ConfigNode::Kind::quoted ? toml_quoted(node.text) : node.text;
+    std::string inside;
+    for (const ConfigNode& child : node.children)
+        inside += fmt::format("{}{}{}{}", inside.empty() ? "" : ", ", child.key, node.is_table() ? " = " : "", to_toml(child));
+    return node.is_array() ? fmt::format("[{}]", inside) : fmt::format("{{{}}}", inside);
 }
 
 } // namespace ductile::io

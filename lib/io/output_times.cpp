@@ -1,3 +1,4 @@
+#include <ductile/base/error.hpp>
 #include <ductile/io/output_times.hpp>
 
 #include <algorithm>
@@ -32,6 +33,15 @@ std::vector<double> OutputTimes::after(double time_s) const {
     times.insert(times.end(), snapshots_s_.begin(), snapshots_s_.end());
     std::erase_if(times, [&](double t) { return t < time_s || same(t, time_s); });
     return times;
+}
+
+std::vector<double> snapshot_times(std::vector<double> times_s, double every_s, double end_s) {
+    if (every_s > 0.0 && !(end_s / every_s <= 1e6))
+        throw InputError(fmt::format("--snapshots-every {}: these would be {:.3g} snapshots up to {:g} s: take a longer interval",
+                                     every_s, end_s / every_s, end_s));
+    for (double k = 0.0; every_s > 0.0 && k * every_s <= end_s * (1.0 + 1e-12); k += 1.0)
+        times_s.push_back(k * every_s);
+    return times_s;
 }
 
 std::vector<std::string> missing_snapshots(double end_s, std::span<const double> snapshots_s) {

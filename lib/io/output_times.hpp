@@ -24,6 +24,9 @@ private:
     std::vector<double> snapshots_s_; // the last first
 };
 
+/// These times, and 0, every, 2 every, ... up to the end; `every` = 0 adds none. Throws InputError for more than a million.
+[[nodiscard]] std::vector<double> snapshot_times(std::vector<double> times_s, double every_s, double end_s);
+
 /// A warning where snapshots are asked for beyond the end of a run.
 [[nodiscard]] std::vector<std::string> missing_snapshots(double end_s, std::span<const double> snapshots_s);
 

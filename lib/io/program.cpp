@@ -1,6 +1,5 @@
 #include <ductile/base/error.hpp>
 #include <ductile/base/threads.hpp>
-#include <ductile/io/config_file.hpp>
 #include <ductile/io/nearest_name.hpp>
 #include <ductile/io/program.hpp>
 #include <ductile/io/version.hpp>
@@ -10,36 +9,16 @@
 #include <fmt/ranges.h>
 
 #include <array>
-#include <fstream>
-#include <iterator>
 
 namespace ductile::io {
 namespace {
 
-constexpr const char* general = "General";
-
-/// Checkpoints and summaries keep every option as text.
-void check_storable(const std::string& text) {
+std::string read_whole(const std::string& path) {
     try {
-        (void)read_config("text = " + toml_quoted(text), "");
-    } catch (const InputError&) {
-        throw InputError("it must be UTF-8 text without control characters");
+        return read_config_file(path);
+    } catch (const InputError& error) {
+        throw InputError(fmt::format("--config {}", error.what()));
     }
-}
-
-/// For messages: what a terminal would not show.
-std::string visible(const std::string& text) {
-    std::string result;
-    for (const char c : text)
-        result += static_cast<unsigned char>(c) < ' ' ? fmt::format("\\x{:02x}", c) : std::string(1, c);
-    return result;
-}
-
-std::string read_whole(const std::filesystem::path& path) {
-    std::ifstream file(path);
-    if (!file || std::filesystem::is_directory(path))
-        throw InputError(fmt::format("--config {}: the file cannot be read", path.string()));
-    return {std::istreambuf_iterator<char>(file), {}};
 }
 
 } // namespace
@@ -55,122 +34,18 @@ Program::Program(std::string name, std::string description, Checkpoints checkpoi
 
 Program::~Program() = default;
 
-CLI::Option* Program::declare(const std::string& flag, Kind kind, const OptionHelp& help, const std::string& allowed, Text text,
-                              const Convert& convert) {
-    const std::string units = help.units.empty() ? "" : fmt::format(" [{}]", help.units);
-    const std::string range = allowed.empty() ? "" : fmt::format("; {}", allowed);
-    const auto callback = [flag, convert](const CLI::results_t& results) {
-        try {
-            convert(results.back());
-        } catch (const InputError& error) {
-            throw InputError(fmt::format("{} {}: {}", flag, visible(results.back()), error.what()));
-        }
-        return true;
-    };
-    constexpr std::array<const char*, 7> types = {"NUMBER", "N", "", "TEXT", "N|MxN", "A,B,...", "NUMBER|auto"};
-    const std::string standard = text().empty() ? "" : fmt::format(" (default {})", text());
-    const std::string shown = help.meaning + units + range + standard;
-    CLI::Option* option = kind == Kind::boolean ? app_->add_flag(flag, shown) : app_->add_option(flag, callback, shown);
-    if (kind == Kind::boolean)
-        option->each([callback](const std::string& word) { callback({word}); });
-    option->option_text(types[static_cast<std::size_t>(kind)])->group(help.group)->take_last()->run_callback_for_default();
-    const std::string default_text = text();
-    declared_.push_back({flag.substr(2), kind, std::move(text), default_text, option, help.restart});
-    return option;
+void Program::writes_scene(std::string carrier, Visit visit) {
+    carrier_ = std::move(carrier);
+    visit_ = std::move(visit);
+    own_ = declared_.size();
 }
 
-void Program::option(const std::string& flag, double& value, const OptionHelp& help) {
-    declare(
-        flag, Kind::number, help, help.allowed.describe(), [&value] { return to_text(value); },
-        [&value, allowed = help.allowed](const std::string& text) { value = parse_number(text, allowed); });
-}
-
-void Program::option(const std::string& flag, int& value, const OptionHelp& help) {
-    const auto convert = [&value, allowed = help.allowed](const std::string& text) {
-        Limits whole = allowed;
-        whole.lowest = std::max(whole.lowest, static_cast<double>(std::numeric_limits<int>::min()));
-        whole.highest = std::min(whole.highest, static_cast<double>(std::numeric_limits<int>::max()));
-        value = static_cast<int>(parse_integer(text, whole));
-    };
-    declare(
-        flag, Kind::integer, help, help.allowed.describe(), [&value] { return fmt::format("{}", value); }, convert);
-}
-
-void Program::option(const std::string& flag, std::int64_t& value, const OptionHelp& help) {
-    declare(
-        flag, Kind::integer, help, help.allowed.describe(), [&value] { return fmt::format("{}", value); },
-        [&value, allowed = help.allowed](const std::string& text) { value = parse_integer(text, allowed); });
-}
-
-void Program::option(const std::string& flag, bool& value, const OptionHelp& help) {
-    const auto convert = [&value](const std::string& text) {
-        if (text != "true" && text != "false")
-            throw InputError("it must be true or false");
-        value = text == "true";
-    };
-    declare(
-        flag, Kind::boolean, help, "", [&value] { return value ? "true" : "false"; }, convert);
-}
-
-void Program::option(const std::string& flag, std::string& value, const OptionHelp& help) {
-    declare(
-        flag, Kind::text, help, "", [&value] { return value; },
-        [&value](const std::string& text) {
-            check_storable(text);
-            value = text;
-        });
-}
-
-void Program::option(const std::string& flag, std::filesystem::path& value, const OptionHelp& help) {
-    declare(
-        flag, Kind::text, help, "", [&value] { return value.string(); },
-        [&value](const std::string& text) {
-            check_storable(text);
-            value = text;
-        })
-        ->option_text("PATH");
-}
-
-void Program::option(const std::string& flag, CellCount& value, const OptionHelp& help) {
-    declare(
-        flag, Kind::cells, help, "N for both or MxN", [&value] { return to_text(value); },
-        [&value](const std::string& text) { value = parse_cell_count(text); });
-}
-
-void Program::option(const std::string& flag, std::vector<double>& value, const OptionHelp& help) {
-    declare(
-        flag, Kind::number_list, help, help.allowed.describe(), [&value] { return to_text(value); },
-        [&value, allowed = help.allowed](const std::string& text) { value = parse_number_list(text, allowed); });
-}
-
-void Program::number_or_auto(const std::string& flag, std::string& value, const OptionHelp& help) {
-    const auto convert = [&value, allowed = help.allowed](const std::string& text) {
-        try {
-            if (text != "auto")
-                (void)parse_number(text, allowed);
-        } catch (const InputError& error) {
-            throw InputError(fmt::format("{}; or auto", error.what()));
-        }
-        value = text;
-    };
-    declare(
-        flag, Kind::number_or_auto, help, help.allowed.describe(), [&value] { return value; }, convert);
-}
-
-void Program::choice(const std::string& flag, std::string& value, const std::vector<std::string>& words, const OptionHelp& help) {
-    choose(
-        flag, words, help, [&value] { return value; }, [&value](const std::string& word) { value = word; });
-}
-
-void Program::choose(const std::string& flag, const std::vector<std::string>& words, const OptionHelp& help, Text text,
-                     const Convert& convert) {
-    const std::string all = fmt::format("{}", fmt::join(words, ", "));
-    const auto check = [words, all, convert](const std::string& word) {
-        if (std::ranges::find(words, word) == words.end())
-            throw InputError(fmt::format("it must be one of {}{}", all, did_you_mean(word, words)));
-        convert(word);
-    };
-    declare(flag, Kind::text, help, "one of " + all, std::move(text), check);
+void Program::reads_scene(std::string carrier, Visit visit, std::filesystem::path file) {
+    writes_scene(std::move(carrier), std::move(visit));
+    reads_tables_ = true;
+    scene_file_ = std::move(file);
+    if (!scene_file_.empty())
+        common_.output = std::filesystem::path("out") / scene_file_.stem();
 }
 
 void Program::declare_common() {
@@ -187,6 +62,29 @@ void Program::declare_common() {
         option("--restart", common_.restart,
                help("checkpoint.h5 of an earlier run to go on from, with its options; those of the scene cannot be changed"));
         option("--checkpoint-every", common_.checkpoint_every_s, help("wall time between two checkpoints", "s", positive));
+    }
+}
+
+/// To the command line.
+void Program::offer_options() {
+    constexpr std::array<const char*, 9> types = {"NUMBER", "N", "", "TEXT", "PATH", "N|MxN", "A,B,...", "NUMBER|auto", "TOML"};
+    for (Declared& declared : declared_) {
+        const std::string flag = "--" + declared.key;
+        const std::string shown = declared.description_with_default();
+        const auto callback = [&declared, flag](const CLI::results_t& results) {
+            try {
+                declared.convert(results.back());
+            } catch (const InputError& error) {
+                throw InputError(fmt::format("{} {}: {}", flag, visible(results.back()), error.what()));
+            }
+            declared.given = true;
+            return true;
+        };
+        CLI::Option* option =
+            declared.kind == Kind::boolean ? app_->add_flag(flag, shown) : app_->add_option(flag, callback, shown);
+        if (declared.kind == Kind::boolean)
+            option->each([callback](const std::string& word) { callback({word}); });
+        option->option_text(types[static_cast<std::size_t>(declared.kind)])->group(declared.help.group)->take_last();
     }
     const auto set_config = [this](const CLI::results_t& results) {
         config_files_ = results;
@@ -208,6 +106,7 @@ void Program::declare_common() {
 
 bool Program::parse(int argc, const char* const* argv) {
     declare_common();
+    offer_options();
     app_->allow_extras();
     try {
         app_->parse(argc, argv);
@@ -222,24 +121,16 @@ bool Program::parse(int argc, const char* const* argv) {
     }
     refuse_unknown_arguments();
     for (auto file = config_files_.rbegin(); file != config_files_.rend(); ++file)
-        apply_config(read_whole(*file), *file, {});
-    if (!common_.restart.empty())
-        apply_restart();
+        apply_config(read_config(read_whole(*file), *file), *file, false, {});
+    apply_tables();
     if (common_.output.empty())
         throw InputError("--output: it must name a folder");
     set_thread_count(common_.threads);
     if (app_->count("--print-config") > 0) {
-        fmt::print("{}", config_text());
+        fmt::print("{}", config_text(carrier_.empty() ? declared_.size() : own_));
         return false;
     }
     return true;
-}
-
-std::vector<std::string> Program::names(const std::string& prefix) const {
-    std::vector<std::string> result;
-    for (const Declared& declared : declared_)
-        result.push_back(prefix + declared.key);
-    return result;
 }
 
 void Program::refuse_unknown_arguments() const {
@@ -258,52 +149,111 @@ void Program::refuse_unknown_arguments() const {
         fmt::format("there is no option {}{}; {} --help lists all", visible(word), did_you_mean(word, known), name_));
 }
 
-/// Options that already have a value keep it: sources are read from the strongest to the weakest.
-void Program::apply_config(const std::string& text, const std::string& source, const std::vector<std::string>& skipped_keys) {
-    for (const ConfigEntry& entry : read_config(text, source)) {
+void Program::apply_config(const ConfigNode& config, const std::string& source, bool with_tables,
+                           const std::vector<std::string>& skipped_keys) {
+    for (const ConfigNode& entry : config.children) {
         const std::string where = fmt::format("{}, line {}: ", source, entry.line);
-        const auto found = std::ranges::find(declared_, entry.key, &Declared::key);
-        if (found == declared_.end())
-            throw InputError(fmt::format("{}unknown key '{}'{}: {} --print-config lists all keys", where, visible(entry.key),
-                                         did_you_mean(entry.key, names("")), name_));
-        if (found->kind != Kind::number_list && entry.is_array)
-            throw InputError(fmt::format("{}key '{}' is an array: it must have one value", where, entry.key));
-        if (found->option->count() > 0 || std::ranges::find(skipped_keys, entry.key) != skipped_keys.end())
+        Declared* found = find(entry.key);
+        if (found == nullptr && entry.key == "carrier" && !carrier_.empty()) {
+            if (entry.text != carrier_)
+                throw InputError(fmt::format("{}carrier = {}: here it is {}; ./ductile scene FILE runs the scenes of both", where,
+                                             to_toml(entry), carrier_));
             continue;
+        }
+        if (found == nullptr &&
+            (entry.is_table() || (entry.is_array() && !entry.children.empty() && entry.children.front().is_table()))) {
+            if (!with_tables)
+                throw InputError(
+                    fmt::format("{}tables are not used here ('{}'), all keys stand at the top level, as key = value: "
+                                "it is ./ductile scene FILE that runs a scene with tables",
+                                where, entry.key));
+            continue;
+        }
+        if (found == nullptr)
+            throw InputError(fmt::format("{}unknown key '{}'{}: {} --print-config lists all keys", where, visible(entry.key),
+                                         did_you_mean(entry.key, names()), name_));
+        if (found->given || std::ranges::find(skipped_keys, entry.key) != skipped_keys.end())
+            continue;
+        std::string text;
         try {
-            found->option->add_result(fmt::format("{}", fmt::join(entry.values, ",")));
-            found->option->run_callback();
+            text = found->text_of(entry);
         } catch (const InputError& error) {
             throw InputError(where + error.what());
+        }
+        try {
+            found->convert(text);
+            found->given = true;
+        } catch (const InputError& error) {
+            throw InputError(fmt::format("{}--{} {}: {}", where, entry.key, visible(text), error.what()));
         }
     }
 }
 
-/// Of each option of the scene that was given, the checkpoint must have the same value.
-void Program::require_same_scene(const std::string& config) const {
+/// Of what belongs to the scene and was given, the checkpoint must have the same.
+void Program::require_same_scene(const ConfigNode& config) {
+    const std::string source = common_.restart.string();
     std::vector<std::string> differences;
-    for (const ConfigEntry& entry : read_config(config, common_.restart.string())) {
-        const auto found = std::ranges::find(declared_, entry.key, &Declared::key);
-        if (found == declared_.end() || found->restart == Restart::may_change || found->option->count() == 0)
+    const auto compare = [&](const std::string& name, const std::string& stored, const std::string& asked) {
+        if (stored != asked)
+            differences.push_back(fmt::format("{}: the checkpoint has {}, this run asks for {}", name,
+                                              stored.empty() ? "none" : stored, asked.empty() ? "none" : asked));
+    };
+    for (const ConfigNode& entry : config.children) {
+        Declared* found = find(entry.key);
+        if (found == nullptr || found->help.restart == Restart::may_change || !found->given)
             continue;
         const std::string asked = found->text();
-        found->option->add_result(fmt::format("{}", fmt::join(entry.values, ",")));
-        found->option->run_callback();
-        if (const std::string stored = found->text(); stored != asked)
-            differences.push_back(fmt::format("--{}: the checkpoint has {}, this run asks for {}", entry.key,
-                                              stored.empty() ? "none" : stored, asked.empty() ? "none" : asked));
+        found->convert(found->text_of(entry));
+        compare("--" + entry.key, found->text(), asked);
+    }
+    if (!scene_file_.empty() && visit_) {
+        Tables asked, reader(config, source), stored;
+        visit_(asked);
+        visit_(reader);
+        visit_(stored);
+        const auto value = [](const Tables& tables, const std::string& name) {
+            const auto found = std::ranges::find(tables.entries(), name, &std::pair<std::string, std::string>::first);
+            return found == tables.entries().end() ? std::string() : found->second;
+        };
+        for (const auto& [name, text] : stored.entries())
+            compare(name, text, value(asked, name));
+        for (const auto& [name, text] : asked.entries())
+            if (value(stored, name).empty())
+                compare(name, "", text);
     }
     if (!differences.empty())
         throw InputError(
-            fmt::format("{}: the state in it belongs to another scene: {}; leave that out to go on, or start a new run",
-                        common_.restart.string(), fmt::join(differences, "; ")));
+            fmt::format("{}: the state in it belongs to another scene: {}; leave that out to go on, or start a new run", source,
+                        fmt::join(differences, "; ")));
+}
+
+void Program::apply_tables() {
+    ConfigNode scene;
+    const std::string file = scene_file_.string();
+    if (!file.empty()) {
+        scene = read_config(read_config_file(file), file);
+        folder_ = scene_file_.parent_path();
+        apply_config(scene, file, reads_tables_ && visit_, {});
+        if (visit_) {
+            Tables tables(scene, file);
+            visit_(tables);
+            tables.refuse_unknown();
+        }
+    }
+    if (!common_.restart.empty())
+        apply_restart();
 }
 
 void Program::apply_restart() {
     const CheckpointReader checkpoint(common_.restart, name_);
-    require_same_scene(checkpoint.config());
-    apply_config(checkpoint.config(), common_.restart.string(), {"restart", "output", "quiet"});
-    if (std::ranges::find(declared_, "output", &Declared::key)->option->count() == 0)
+    const ConfigNode config = read_config(checkpoint.config(), common_.restart.string());
+    require_same_scene(config);
+    apply_config(config, common_.restart.string(), true, {"restart", "output", "quiet"});
+    if (reads_tables_ && visit_) {
+        Tables tables(config, common_.restart.string());
+        visit_(tables);
+    }
+    if (!find("output")->given)
         common_.output = common_.restart.has_parent_path() ? common_.restart.parent_path() : ".";
 }
 

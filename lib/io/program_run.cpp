@@ -14,70 +14,54 @@
 
 namespace ductile::io {
 
-std::string Program::config_text() const {
+std::string Program::config_text(std::size_t options) const {
     std::string config = fmt::format("# {}, ductile {}: all options with their values.\n# {}\n", name_, version(), description_);
+    if (!carrier_.empty())
+        config +=
+            fmt::format("\n# grid: quasi-static, on a grid that stays; points: material points\ncarrier=\"{}\"\n", carrier_);
+    const auto shown = [&](const Declared& declared) {
+        return &declared < declared_.data() + options || declared.help.group == general;
+    };
     std::vector<std::string> groups;
     for (const Declared& declared : declared_)
-        if (std::ranges::find(groups, declared.option->get_group()) == groups.end())
-            groups.push_back(declared.option->get_group());
+        if (shown(declared) && std::ranges::find(groups, declared.help.group) == groups.end())
+            groups.push_back(declared.help.group);
     for (const std::string& group : groups) {
         config += fmt::format("\n# {}\n", group);
         for (const Declared& declared : declared_)
-            if (declared.option->get_group() == group)
-                config += fmt::format("\n# {}\n{}={}\n", declared.option->get_description(), declared.key, toml_value(declared));
+            if (shown(declared) && declared.help.group == group)
+                config +=
+                    fmt::format("\n# {}\n{}={}\n", declared.description_with_default(), declared.key, declared.toml_value());
+    }
+    if (visit_) {
+        Tables tables;
+        visit_(tables);
+        config += tables.text();
     }
     return config;
 }
 
-bool Program::has_default(const std::string& flag) const {
-    const auto declared = std::ranges::find(declared_, flag.substr(2), &Declared::key);
-    return declared->text() == declared->default_text;
+namespace {
+
+nlohmann::ordered_json to_json(const ConfigNode& node) {
+    if (node.is_array()) {
+        auto array = nlohmann::ordered_json::array();
+        for (const ConfigNode& child : node.children)
+            array.push_back(to_json(child));
+        return array;
+    }
+    if (node.is_table()) {
+        auto object = nlohmann::ordered_json::object();
+        for (const ConfigNode& child : node.children)
+            object[child.key] = to_json(child);
+        return object;
+    }
+    return node.kind == ConfigNode::Kind::quoted ? nlohmann::ordered_json(node.text) : nlohmann::ordered_json::parse(node.text);
 }
 
-std::string Program::toml_value(const Declared& declared) {
-    const std::string text = declared.text();
-    switch (declared.kind) {
-    case Kind::number:
-    case Kind::integer:
-    case Kind::boolean:
-        return text;
-    case Kind::number_list:
-        return fmt::format("[{}]", text);
-    case Kind::number_or_auto:
-        return text == "auto" ? toml_quoted(text) : to_text(parse_number(text));
-    case Kind::text:
-    case Kind::cells:
-        break;
-    }
-    return toml_quoted(text);
-}
+} // namespace
 
-nlohmann::ordered_json Program::parameters() const {
-    nlohmann::ordered_json json = nlohmann::ordered_json::object();
-    for (const Declared& declared : declared_) {
-        const std::string text = declared.text();
-        switch (declared.kind) {
-        case Kind::number:
-            json[declared.key] = parse_number(text);
-            break;
-        case Kind::integer:
-            json[declared.key] = parse_integer(text);
-            break;
-        case Kind::boolean:
-            json[declared.key] = text == "true";
-            break;
-        case Kind::number_list:
-            json[declared.key] = parse_number_list(text);
-            break;
-        case Kind::text:
-        case Kind::cells:
-        case Kind::number_or_auto:
-            json[declared.key] = text;
-            break;
-        }
-    }
-    return json;
-}
+nlohmann::ordered_json Program::parameters() const { return to_json(read_config(config_text(), name_)); }
 
 std::optional<CheckpointReader> Program::open_restart(int format) const {
     if (common_.restart.empty())

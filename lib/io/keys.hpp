@@ -1,0 +1,125 @@
+#pragma once
+#include <ductile/io/config_file.hpp>
+#include <ductile/io/option_values.hpp>
+
+#include <algorithm>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace ductile::io {
+
+/// Whether a run that goes on from a checkpoint may change an option. Only those may be changed that leave the meaning of the
+/// stored state alone: when and where to stop and write, how steps are taken and solved.
+enum class Restart { keeps, may_change };
+
+/// What a reader of --help and --print-config learns about a key.
+struct OptionHelp {
+    std::string group;
+    std::string meaning;
+    std::string units = {};           ///< SI units, empty for pure numbers
+    Limits allowed = any_number;      ///< for numbers, and for each number of a list
+    Restart restart = Restart::keeps; ///< an option belongs to the scene unless it says otherwise
+    bool required = false;            ///< in a table of a scene file
+};
+
+/// Keys bound to variables, which must outlive them: the options of a program, or a table of a scene file. One declaration serves
+/// command line, files, --print-config, --help and the comparison with a checkpoint.
+class Keys {
+public:
+    /// To be given values later.
+    Keys() = default;
+    /// A table of a file, `place` in messages: each key takes its value when it is declared, so that a later declaration may
+    /// depend on an earlier value. Paths in it are relative to the file's folder.
+    Keys(const ConfigNode& table, std::string source, std::string place);
+
+    /// `key` may be written as the option that it is, `--a-name`. In a table these throw InputError, with source and line, for a
+    /// value that is not allowed and a required key that is missing.
+    void option(const std::string& key, double& value, const OptionHelp& help);
+    void option(const std::string& key, int& value, const OptionHelp& help);
+    void option(const std::string& key, std::int64_t& value, const OptionHelp& help);
+    void option(const std::string& key, bool& value, const OptionHelp& help);
+    void option(const std::string& key, std::string& value, const OptionHelp& help);
+    void option(const std::string& key, std::filesystem::path& value, const OptionHelp& help);
+    void option(const std::string& key, CellCount& value, const OptionHelp& help);
+    void option(const std::string& key, std::vector<double>& value, const OptionHelp& help);
+    /// A file to be read; one that a file names is looked for beside it.
+    void input_file(const std::string& key, std::filesystem::path& value, const OptionHelp& help);
+    /// A number, or the word auto.
+    void number_or_auto(const std::string& key, std::string& value, const OptionHelp& help);
+    /// One of a few words.
+    void choice(const std::string& key, std::string& value, const std::vector<std::string>& words, const OptionHelp& help);
+    /// One of a few words that stand for values of an enumeration.
+    template <class Enum>
+    void choice(const std::string& key, Enum& value, const std::vector<std::pair<std::string, Enum>>& table,
+                const OptionHelp& help);
+    using Text = std::function<std::string()>;
+    using Convert = std::function<void(const std::string&)>;
+    /// A value of another form, which `text` writes as TOML (empty: none) and `convert` reads, or throws InputError.
+    void toml(const std::string& key, const OptionHelp& help, const std::string& allowed, Text text, Convert convert);
+
+    /// Throws InputError for a key of the table that nobody declared.
+    void refuse_unknown() const;
+    /// Whether a key has the value it was declared with.
+    [[nodiscard]] bool has_default(const std::string& key) const;
+
+protected:
+    friend class Tables;
+    enum class Kind { number, integer, boolean, text, path, cells, number_list, number_or_auto, toml };
+    struct Declared {
+        std::string key;
+        Kind kind;
+        OptionHelp help;
+        std::string allowed;
+        Text text; ///< the variable's value
+        Convert convert;
+        std::string default_text;
+        bool given = false; ///< its value came from somewhere
+
+        /// "meaning [units]; allowed"
+        [[nodiscard]] std::string description() const;
+        [[nodiscard]] std::string description_with_default() const;
+        /// The value as TOML writes it; empty if it has none.
+        [[nodiscard]] std::string toml_value() const;
+        /// The text that a value of a file stands for. Throws InputError for a value of the wrong form.
+        [[nodiscard]] std::string text_of(const ConfigNode& node) const;
+    };
+
+    [[nodiscard]] Declared* find(const std::string& key);
+    [[nodiscard]] std::vector<std::string> names(const std::string& prefix = {}) const;
+
+    std::vector<Declared> declared_;
+    std::filesystem::path folder_; // of the file whose values are being taken
+
+private:
+    void declare(const std::string& key, Kind kind, const OptionHelp& help, const std::string& allowed, Text text,
+                 Convert convert);
+    void choose(const std::string& key, const std::vector<std::string>& words, const OptionHelp& help, Text text,
+                const Convert& convert);
+
+    const ConfigNode* table_ = nullptr;
+    std::string source_, place_;
+};
+
+template <class Enum>
+void Keys::choice(const std::string& key, Enum& value, const std::vector<std::pair<std::string, Enum>>& table,
+                  const OptionHelp& help) {
+    std::vector<std::string> names;
+    for (const auto& entry : table)
+        names.push_back(entry.first);
+    const auto word_of_value = [&value, table] {
+        return std::ranges::find(table, value, &std::pair<std::string, Enum>::second)->first;
+    };
+    const auto take = [&value, table](const std::string& word) {
+        value = std::ranges::find(table, word, &std::pair<std::string, Enum>::first)->second;
+    };
+    choose(key, names, help, word_of_value, take);
+}
+
+/// For messages: what a terminal would not show.
+[[nodiscard]] std::string visible(const std::string& text);
+
+} // namespace ductile::io
