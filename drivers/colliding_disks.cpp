@@ -4,9 +4,8 @@
 // contact lasts about 3 s, a hundred explicit steps: steps of 0.25 s resolve it, steps of 2.4 s cannot. A few seconds:
 //
 //   ./ductile colliding_disks --dt 0.24 --output out/disks
-#include <ductile/material/linear_elastic.hpp>
 #include <ductile/mpm/diagnostics.hpp>
-#include <ductile/mpm/options.hpp>
+#include <ductile/mpm/setup.hpp>
 
 #include <algorithm>
 
@@ -16,29 +15,27 @@ using namespace ductile::mpm;
 namespace {
 
 struct DiskOptions {
-    double young_modulus = 1000.0, poisson_ratio = 0.3, density = 1000.0, speed = 1e-3;
+    MaterialData material{.young_modulus = 1000.0, .poisson_ratio = 0.3, .density = 1000.0};
+    double speed = 1e-3;
 };
 
-Problem make_disks(const DiskOptions& o, const Options& options) {
-    const int n = cells_along(1.0, options, "the side of the grid", 3);
-    Problem problem;
-    problem.scene = {.grid = {.cells_x = n, .cells_y = n, .width = 1.0, .height = 1.0},
-                     .shape = options.shape,
-                     .materials = {{linear_elastic_law(elasticity_from_young(o.young_modulus, o.poisson_ratio))}}};
+Setup make_disks(const DiskOptions& o) {
+    Setup setup{.grid = {.width = 1.0, .height = 1.0},
+                .materials = {o.material},
+                .curve = {"time_s", "total_energy_J", "time [s]", "kinetic and strain energy [J/m]"}};
     for (const double sign : {1.0, -1.0}) {
         const double centre = 0.5 - 0.23 * sign; // impact after some 70 s
-        add_body(problem.start.particles,
-                 {.shape = disk(centre, centre, 0.2),
-                  .density = o.density,
-                  .velocity_x = sign * o.speed,
-                  .velocity_y = sign * o.speed,
-                  .particles_per_side = options.particles_per_side},
-                 problem.scene);
+        setup.bodies.push_back({.name = sign > 0.0 ? "lower disk" : "upper disk",
+                                .material = o.material.name,
+                                .shape = disk(centre, centre, 0.2),
+                                .velocity = {sign * o.speed, sign * o.speed}});
     }
-    problem.curve_x = "time_s";
-    problem.curve_y = "total_energy_J";
-    problem.label_x = "time [s]";
-    problem.label_y = "kinetic and strain energy [J/m]";
+    return setup;
+}
+
+Problem make_problem(const DiskOptions& o, const Options& options) {
+    (void)cells_along(1.0, options, "the side of the grid", 3);
+    Problem problem = make_problem(make_disks(o), options);
     const auto energies = [scene = problem.scene](const Observation& seen) { return energies_of(scene, seen.state.particles); };
     problem.conclusions = {.observe =
                                [energies](const Observation& seen, Tally& tally) {
@@ -65,21 +62,19 @@ int main(int argc, char** argv) {
         // 1. options; a safety factor of 0.48765 gives the 6152 explicit steps of the paper with --stable-step bar
         io::Program program("colliding_disks", "Two elastic disks that collide (material points).");
         Options options{.cell_size = 0.05,
-                        .implicit_dt = 0.24,
+                        .implicit_dt = "0.24",
                         .safety = 0.48765,
                         .duration = 150.0,
                         .snapshots = {0.0, 25.0, 75.0, 100.0, 150.0}};
         DiskOptions disks;
         declare(program, options);
-        program.option("--young-modulus", disks.young_modulus, {"Disks", "Young's modulus E", "Pa", io::positive});
-        program.option("--poisson-ratio", disks.poisson_ratio,
-                       {"Disks", "Poisson's ratio nu", "", io::strictly_between(-1.0, 0.5)});
-        program.option("--density", disks.density, {"Disks", "density", "kg/m^3", io::positive});
+        writes_scene(program, [&] { return make_disks(disks); });
+        declare_parameters(program, disks.material, "Disks");
         program.option("--speed", disks.speed, {"Disks", "of each disk, in x and in y", "m/s", io::positive});
         if (!program.parse(argc, argv))
             return 0;
 
         // 2. scene, 3. run and report
-        return run_program(program, options, make_disks(disks, options));
+        return run_program(program, options, make_problem(disks, options));
     });
 }

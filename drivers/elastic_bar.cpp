@@ -5,7 +5,6 @@
 // at the ends. Implicit steps a hundred times as long as explicit ones, after a ramp, take a fraction of a second:
 //
 //   ./ductile elastic_bar --dt 0.5 --dt-start 0.0048 --output out/bar
-#include <ductile/material/linear_elastic.hpp>
 #include <ductile/mpm/bars.hpp>
 #include <ductile/mpm/options.hpp>
 
@@ -17,18 +16,19 @@ int main(int argc, char** argv) {
         // 1. options; a safety factor of 0.484015 gives the 2108 explicit steps of the paper with --stable-step bar
         io::Program program("elastic_bar", "A linear elastic bar in tension (material points).");
         Options options{.cell_size = 0.1, .safety = 0.484015, .duration = 10.2, .snapshots = {0.0, 10.2}};
-        BarOptions bar{.poisson_ratio = 0.3};
+        BarOptions bar{.material = {.young_modulus = 1000.0, .poisson_ratio = 0.3, .density = 10.0}};
+        const auto setup = [&] { // small strains, no rotation, hence a linear system a step
+            Setup made = make_bar(bar, options);
+            made.grid.finite_rotation = false;
+            return made;
+        };
         declare(program, options);
+        writes_scene(program, setup);
         declare(program, bar);
         if (!program.parse(argc, argv))
             return 0;
 
-        // 2. scene: small strains, no rotation, hence a linear system a step
-        const Material material{linear_elastic_law(elasticity_from_young(bar.young_modulus, bar.poisson_ratio))};
-        Problem problem = make_bar(bar, options, material);
-        problem.scene.finite_rotation = false;
-
-        // 3. run and report
-        return run_program(program, options, problem);
+        // 2. scene, 3. run and report
+        return run_program(program, options, make_problem(setup(), options));
     });
 }

@@ -4,7 +4,6 @@
 // to 33 %, --direction compression pushes instead. About a second:
 //
 //   ./ductile plastic_bar --dt 0.5 --dt-start 0.0048 --output out/plastic
-#include <ductile/material/von_mises.hpp>
 #include <ductile/mpm/bars.hpp>
 #include <ductile/mpm/options.hpp>
 
@@ -16,20 +15,19 @@ int main(int argc, char** argv) {
         // 1. options; a safety factor of 0.4778 gives the 5024 explicit steps of the paper with --stable-step bar
         io::Program program("plastic_bar", "An elastoplastic bar in tension or compression (material points).");
         Options options{.cell_size = 0.1, .safety = 0.4778, .duration = 24.0, .snapshots = {0.0, 24.0}};
-        BarOptions bar{.poisson_ratio = 0.3};
-        Hardening hardening{.yield_stress = 6.0, .modulus = 5000.0};
+        BarOptions bar{.material = {.law = LawChoice::von_mises,
+                                    .young_modulus = 1000.0,
+                                    .poisson_ratio = 0.3,
+                                    .density = 10.0,
+                                    .yield_stress = 6.0,
+                                    .hardening = {.modulus = 5000.0}}};
         declare(program, options);
+        writes_scene(program, [&] { return make_bar(bar, options); });
         declare(program, bar);
-        program.option("--yield-stress", hardening.yield_stress, {"Bar", "first yield", "Pa", io::positive});
-        program.option("--hardening", hardening.modulus, {"Bar", "hardening modulus", "Pa", io::not_negative});
         if (!program.parse(argc, argv))
             return 0;
 
-        // 2. scene
-        const Material material{von_mises_law(elasticity_from_young(bar.young_modulus, bar.poisson_ratio), hardening)};
-        const Problem problem = make_bar(bar, options, material);
-
-        // 3. run and report
-        return run_program(program, options, problem);
+        // 2. scene, 3. run and report
+        return run_program(program, options, make_problem(make_bar(bar, options), options));
     });
 }

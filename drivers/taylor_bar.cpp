@@ -4,8 +4,7 @@
 // some 21.5 mm long, with a foot of some 7 mm radius. A few seconds:
 //
 //   ./ductile taylor_bar --output out/taylor
-#include <ductile/material/von_mises.hpp>
-#include <ductile/mpm/options.hpp>
+#include <ductile/mpm/setup.hpp>
 
 #include <algorithm>
 
@@ -15,45 +14,41 @@ using namespace ductile::mpm;
 namespace {
 
 struct BarOptions {
-    double young_modulus = 117e9, poisson_ratio = 0.35, density = 8930.0, speed = 227.0, heat_capacity = 385.0;
-    Hardening hardening{.yield_stress = 0.4e9, .modulus = 0.1e9};
+    MaterialData material{.name = "copper",
+                          .law = LawChoice::von_mises,
+                          .young_modulus = 117e9,
+                          .poisson_ratio = 0.35,
+                          .density = 8930.0,
+                          .heat_capacity = 385.0,
+                          .yield_stress = 0.4e9,
+                          .hardening = {.modulus = 0.1e9}};
+    double speed = 227.0;
 };
 
-Problem make_bar(const BarOptions& o, const Options& options) {
-    constexpr double radius = 3.2e-3, length = 32.4e-3, height = 36e-3, width = 12e-3;
-    const int n = cells_along(0.4e-3, options, "an eighth of the bar's radius");
-    Problem problem;
-    problem.scene = {
-        .geometry = Geometry::axisymmetric,
-        .grid = {.cells_x = 30 * n,
-                 .cells_y = 90 * n,
-                 .width = width,
-                 .height = height,
-                 .sides = {.left = SideCondition::slip, .bottom = SideCondition::slip}},
-        .shape = options.shape,
-        .materials = {{von_mises_law(elasticity_from_young(o.young_modulus, o.poisson_ratio), o.hardening), o.heat_capacity}}};
-    add_body(problem.start.particles,
-             {.shape = rectangle(0.0, 0.0, radius, length),
-              .density = o.density,
-              .velocity_y = -o.speed,
-              .particles_per_side = options.particles_per_side},
-             problem.scene);
-    const auto largest = [](const aligned_vector<double>& values) { return *std::max_element(values.begin(), values.end()); };
+Setup make_bar(const BarOptions& o, const Options& options) {
+    (void)cells_along(0.4e-3, options, "an eighth of the bar's radius");
+    using enum Setup::Take;
     // the outermost particle sits half a particle inside the surface
     const double inset = 0.5 * options.cell_size / options.particles_per_side;
-    problem.observables = {
-        {"length_m", [=](const Observation& seen) { return largest(seen.state.particles.y) + inset; }},
-        {"foot_radius_m", [=](const Observation& seen) { return largest(seen.state.particles.x) + inset; }},
-        {"largest_temperature_rise_K", [=](const Observation& seen) { return largest(seen.state.particles.temperature); }}};
-    problem.curve_x = "time_s";
-    problem.curve_y = "length_m";
-    problem.label_x = "time [s]";
-    problem.label_y = "length [m]";
-    problem.conclusions.conclude = [=, all = problem.observables](const Observation& seen, const Tally&,
-                                                                  nlohmann::ordered_json& extra) {
-        for (const Observable& observable : all)
-            extra["final_" + observable.name] = observable.value(seen);
-        extra["final_largest_plastic_strain"] = largest(seen.state.particles.internal[0]);
+    return {.grid = {.geometry = Geometry::axisymmetric, .width = 12e-3, .height = 36e-3},
+            .sides = {.left = SideCondition::slip, .bottom = SideCondition::slip},
+            .materials = {o.material},
+            .bodies = {{.name = "bar",
+                        .material = o.material.name,
+                        .shape = rectangle(0.0, 0.0, 3.2e-3, 32.4e-3),
+                        .velocity = {0.0, -o.speed}}},
+            .observables = {{.name = "length_m", .quantity = "position-y", .take = largest, .offset = inset},
+                            {.name = "foot_radius_m", .quantity = "position-x", .take = largest, .offset = inset},
+                            {.name = "largest_temperature_rise_K", .quantity = "temperature-rise", .take = largest}},
+            .curve = {"time_s", "length_m", "time [s]", "length [m]"}};
+}
+
+Problem make_problem(const BarOptions& o, const Options& options) {
+    Problem problem = make_problem(make_bar(o, options), options);
+    problem.conclusions.conclude = [final_values = problem.conclusions.conclude](const Observation& seen, const Tally& tally,
+                                                                                 nlohmann::ordered_json& extra) {
+        final_values(seen, tally, extra);
+        extra["final_largest_plastic_strain"] = std::ranges::max(seen.state.particles.internal[0]);
     };
     return problem;
 }
@@ -73,17 +68,13 @@ int main(int argc, char** argv) {
                         .history_every = 20};
         BarOptions bar;
         declare(program, options);
-        program.option("--young-modulus", bar.young_modulus, {"Bar", "Young's modulus E", "Pa", io::positive});
-        program.option("--poisson-ratio", bar.poisson_ratio, {"Bar", "Poisson's ratio nu", "", io::strictly_between(-1.0, 0.5)});
-        program.option("--density", bar.density, {"Bar", "density", "kg/m^3", io::positive});
+        writes_scene(program, [&] { return make_bar(bar, options); });
+        declare_parameters(program, bar.material, "Bar");
         program.option("--speed", bar.speed, {"Bar", "of the impact", "m/s", io::positive});
-        program.option("--yield-stress", bar.hardening.yield_stress, {"Bar", "first yield", "Pa", io::positive});
-        program.option("--hardening", bar.hardening.modulus, {"Bar", "hardening modulus", "Pa", io::not_negative});
-        program.option("--heat-capacity", bar.heat_capacity, {"Bar", "for the temperature rise", "J/(kg K)", io::positive});
         if (!program.parse(argc, argv))
             return 0;
 
         // 2. scene, 3. run and report
-        return run_program(program, options, make_bar(bar, options));
+        return run_program(program, options, make_problem(bar, options));
     });
 }

@@ -5,13 +5,10 @@
 // periods take a second:
 //
 //   ./ductile vibrating_bar --method midpoint --output out/vibration
-#include <ductile/material/linear_elastic.hpp>
 #include <ductile/mpm/diagnostics.hpp>
-#include <ductile/mpm/options.hpp>
+#include <ductile/mpm/setup.hpp>
 
 #include <algorithm>
-#include <cmath>
-#include <numbers>
 
 using namespace ductile;
 using namespace ductile::mpm;
@@ -19,38 +16,31 @@ using namespace ductile::mpm;
 namespace {
 
 struct BarOptions {
-    double young_modulus = 100.0, density = 1.0, length = 25.0, speed = 0.1;
+    MaterialData material{.young_modulus = 100.0, .density = 1.0};
+    double length = 25.0, speed = 0.1;
 };
 
 /// Three rows of cells between slippery walls: with nu = 0 the motion is axial.
-Problem make_bar(const BarOptions& o, const Options& options) {
+Setup make_bar(const BarOptions& o, const Options& options) {
     const int n = cells_along(o.length, options, "the length of the bar", 3);
-    Problem problem;
-    problem.scene = {.grid = {.cells_x = n + 2,
-                              .cells_y = 3,
-                              .width = (n + 2) * options.cell_size,
-                              .height = 3 * options.cell_size,
-                              .sides = {.left = SideCondition::slip, .bottom = SideCondition::slip, .top = SideCondition::slip}},
-                     .shape = options.shape,
-                     .materials = {{linear_elastic_law(elasticity_from_young(o.young_modulus, 0.0))}},
-                     .finite_rotation = false};
-    Particles& particles = problem.start.particles;
-    add_body(particles,
-             {.shape = rectangle(0.0, 0.0, o.length, 3 * options.cell_size),
-              .density = o.density,
-              .particles_per_side = options.particles_per_side},
-             problem.scene);
-    for (std::size_t p = 0; p < particles.size(); ++p)
-        particles.velocity_x[p] = o.speed * std::sin(0.5 * std::numbers::pi * particles.x[p] / o.length);
-    const double tip = *std::max_element(particles.x.begin(), particles.x.end());
-    const auto tip_way = [tip](const Observation& seen) {
-        return *std::max_element(seen.state.particles.x.begin(), seen.state.particles.x.end()) - tip;
-    };
-    problem.observables = {{"tip_displacement_m", tip_way}};
-    problem.curve_x = "time_s";
-    problem.curve_y = "tip_displacement_m";
-    problem.label_x = "time [s]";
-    problem.label_y = "displacement of the tip [m]";
+    const double width = (n + 2) * options.cell_size, height = 3 * options.cell_size;
+    const int per_side = options.particles_per_side;
+    const double tip = (n - 1 + (per_side - 1 + 0.5) / per_side) * (width / (n + 2)); // of its last particle
+    return {
+        .grid = {.finite_rotation = false, .width = width, .height = height},
+        .sides = {.left = SideCondition::slip, .bottom = SideCondition::slip, .top = SideCondition::slip},
+        .materials = {o.material},
+        .bodies = {{.name = "bar",
+                    .material = o.material.name,
+                    .shape = rectangle(0.0, 0.0, o.length, height),
+                    .axial_mode = {o.speed, o.length}}},
+        .observables = {{.name = "tip_displacement_m", .quantity = "position-x", .take = Setup::Take::largest, .offset = -tip}},
+        .curve = {"time_s", "tip_displacement_m", "time [s]", "displacement of the tip [m]"}};
+}
+
+Problem make_problem(const BarOptions& o, const Options& options) {
+    Problem problem = make_problem(make_bar(o, options), options);
+    const auto tip_way = problem.observables.front().value;
     const auto energy = [scene = problem.scene](const Observation& seen) {
         const Energies e = energies_of(scene, seen.state.particles);
         return e.kinetic + e.strain;
@@ -72,7 +62,9 @@ Problem make_bar(const BarOptions& o, const Options& options) {
                 last = {time, way, std::max(last[2], way)};
             },
         .conclude =
-            [=](const Observation& seen, const Tally& tally, nlohmann::ordered_json& extra) {
+            [=, final_values = problem.conclusions.conclude](const Observation& seen, const Tally& tally,
+                                                             nlohmann::ordered_json& extra) {
+                final_values(seen, tally, extra);
                 const std::vector<double>& falls = tally.at("tip_falls");
                 if (falls[2] > 1.0)
                     extra["period_s"] = (falls[1] - falls[0]) / (falls[2] - 1.0);
@@ -88,17 +80,17 @@ int main(int argc, char** argv) {
     return io::run_main([&] {
         // 1. options
         io::Program program("vibrating_bar", "An elastic bar in its first axial mode (material points).");
-        Options options{.cell_size = 1.0, .method = Method::midpoint, .implicit_dt = 0.05, .duration = 100.0};
+        Options options{.cell_size = 1.0, .method = Method::midpoint, .implicit_dt = "0.05", .duration = 100.0};
         BarOptions bar;
         declare(program, options);
-        program.option("--young-modulus", bar.young_modulus, {"Bar", "Young's modulus E", "Pa", io::positive});
-        program.option("--density", bar.density, {"Bar", "density", "kg/m^3", io::positive});
+        writes_scene(program, [&] { return make_bar(bar, options); });
+        declare_parameters(program, bar.material, "Bar");
         program.option("--length", bar.length, {"Bar", "its length", "m", io::positive});
         program.option("--speed", bar.speed, {"Bar", "initial velocity of the tip", "m/s"});
         if (!program.parse(argc, argv))
             return 0;
 
         // 2. scene, 3. run and report
-        return run_program(program, options, make_bar(bar, options));
+        return run_program(program, options, make_problem(bar, options));
     });
 }

@@ -1,5 +1,5 @@
 #pragma once
-#include <ductile/mpm/options.hpp>
+#include <ductile/mpm/setup.hpp>
 
 namespace ductile::mpm {
 
@@ -7,10 +7,8 @@ enum class BarDirection { tension, compression };
 
 /// The bar of Sulsky & Kaul, Sec. 3.1: what its programs let users choose.
 struct BarOptions {
-    double young_modulus = 1000.0; ///< [Pa]
-    double poisson_ratio = 0.3;
-    double density = 10.0; ///< [kg/m^3]
-    double speed = 1e-3;   ///< of the rigid body [m/s]
+    MaterialData material;
+    double speed = 1e-3; ///< of the rigid body [m/s]
     BarDirection direction = BarDirection::tension;
     Geometry geometry = Geometry::plane_strain;
 };
@@ -21,6 +19,6 @@ void declare(io::Program& program, BarOptions& bar);
 /// The bar [0.4, 0.7] x [0.1, 0.4] m in a grid of 0.7 x 0.5 m, held at the grid's right end, with a rigid body [0.3, 0.4] x
 /// [0.1, 0.4] m at its left end. Observables: nominal strain, mean axial stress, and its spread along the bar.
 /// Throws InputError for a cell size that does not divide 0.1 m, so that the bar would not fill its cells.
-[[nodiscard]] Problem make_bar(const BarOptions& bar, const Options& options, const Material& material);
+[[nodiscard]] Setup make_bar(const BarOptions& bar, const Options& options);
 
 } // namespace ductile::mpm

@@ -63,7 +63,8 @@ void check(const Body& body) {
             throw InputError(fmt::format("{} has the {} {}: it must be finite", body.name, what, value));
 }
 
-/// Of its law's internal variables.
+} // namespace
+
 std::vector<double> starts_of(const Body& body, const Scene& scene) {
     if (body.material < 0 || body.material >= static_cast<int>(scene.materials.size()))
         throw InputError(fmt::format("{} is of material {}, but the scene has {} materials", body.name, body.material,
@@ -81,24 +82,6 @@ std::vector<double> starts_of(const Body& body, const Scene& scene) {
             throw InputError(fmt::format("{} has the {} {}: it must be {}", body.name, spoken_name(variables[k]), starts[k],
                                          describe_range(variables[k])));
     return starts;
-}
-
-} // namespace
-
-Shape rectangle(double left, double bottom, double right, double top) {
-    return [=](double x, double y) { return x > left && x < right && y > bottom && y < top; };
-}
-
-Shape disk(double centre_x, double centre_y, double radius) {
-    return [=](double x, double y) { return std::hypot(x - centre_x, y - centre_y) < radius; };
-}
-
-Shape operator|(Shape first, Shape second) {
-    return [first = std::move(first), second = std::move(second)](double x, double y) { return first(x, y) || second(x, y); };
-}
-
-Shape operator-(Shape first, Shape second) {
-    return [first = std::move(first), second = std::move(second)](double x, double y) { return first(x, y) && !second(x, y); };
 }
 
 void add_body(Particles& particles, const Body& body, const Scene& scene) {

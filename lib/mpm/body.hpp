@@ -2,20 +2,12 @@
 #include <ductile/mpm/grid.hpp>
 #include <ductile/mpm/particles.hpp>
 #include <ductile/scene/history.hpp>
+#include <ductile/scene/shape.hpp>
 
-#include <functional>
 #include <string>
 #include <vector>
 
 namespace ductile::mpm {
-
-/// A region of the plane: says whether a point (x, y) in metres belongs to it.
-using Shape = std::function<bool(double x, double y)>;
-
-[[nodiscard]] Shape rectangle(double left, double bottom, double right, double top);
-[[nodiscard]] Shape disk(double centre_x, double centre_y, double radius);
-[[nodiscard]] Shape operator|(Shape first, Shape second); ///< union
-[[nodiscard]] Shape operator-(Shape first, Shape second); ///< what is in the first and not in the second
 
 /// A deformable body at the start.
 struct Body {
@@ -30,6 +22,10 @@ struct Body {
 
 struct Scene;
 
+/// The initial values of a body's internal variables. Throws InputError when there is no such material, they are not as many as
+/// its law has, or one is impossible.
+[[nodiscard]] std::vector<double> starts_of(const Body& body, const Scene& scene);
+
 /// Adds the particles of a body: trial points evenly spaced in every cell of the grid, kept where they lie in the shape, each
 /// with the mass of its share of the cell (2.2.2), times its radius in axisymmetry. All must lie in the grid: throws InputError,
 /// with the extents of both, for a shape that crosses its edge (looked for as far beyond a side as the grid is wide or high), but
@@ -38,11 +34,11 @@ struct Scene;
 /// cell are impossible, or there is no such material.
 void add_body(Particles& particles, const Body& body, const Scene& scene);
 
-/// A rigid body: it moves with a given velocity, and every node that one of its points touches moves with it, over a step with its
-/// mean.
+/// A rigid body: it moves with a given velocity, and every node that one of its points touches moves with it, over a step with
+/// its mean.
 struct RigidBody {
     std::string name;
-    History<Velocity> velocity = {}; ///< [m/s]
+    History<Velocity> velocity = {};     ///< [m/s]
     bool holds_x = true, holds_y = true; ///< which components of the nodes' velocity it prescribes; both: no slip
     std::vector<double> x = {}, y = {};  ///< its points
 };

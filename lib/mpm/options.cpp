@@ -38,12 +38,12 @@ void declare_time(io::Program& program, Options& o) {
                         "have just entered a cell, velocity otherwise"));
     program.option("--mu", o.mu,
                    help("weight of the force at the end of the step, --method implicit", "", io::between(0.0, 1.0)));
+    program.number_or_auto("--dt", o.dt,
+                           help("step, auto: a stable one for --method explicit, otherwise --implicit-dt", "s", io::positive));
     program.number_or_auto(
-        "--dt", o.dt,
-        help(fmt::format("step, auto: a stable one for --method explicit, otherwise {}",
-                         o.implicit_dt > 0.0 ? fmt::format("{:g}", o.implicit_dt)
-                                             : std::string("a hundred times --safety times the cell size over sqrt(E/rho)")),
-             "s", io::positive));
+        "--implicit-dt", o.implicit_dt,
+        help("what auto means for other methods, auto: a hundred times --safety times the cell size over sqrt(E/rho)", "s",
+             io::positive));
     program.number_or_auto("--dt-start", o.dt_start, help("first step, auto: --dt", "s", io::positive));
     program.option("--step-growth", o.step_growth, help("largest growth from step to step", "", io::at_least(1.0)));
     program.option("--many-newton", o.many_newton,
@@ -105,6 +105,8 @@ void declare_run(io::Program& program, Options& o) {
     program.option("--duration", o.duration, help("the end of the run; a step ends there", "s"));
     program.option("--snapshots", o.snapshots,
                    help("times of the snapshots in fields.h5: t1,t2,...; a step ends at each", "s", io::not_negative));
+    program.option("--snapshots-every", o.snapshots_every,
+                   help("snapshots at the times 0, T, 2 T, ... besides; 0: none", "s", io::not_negative));
     program.option("--history-every", o.history_every,
                    help("rows of history.csv: the start, every n-th step, and the end", "", io::at_least(1)));
 }
@@ -127,7 +129,7 @@ Form form_of(const Options& o) {
 
 double target_step(const Options& o, const Scene& scene, const State& start) {
     const double bar = explicit_step_size(scene, start.particles, o.safety);
-    double automatic = o.implicit_dt > 0.0 ? o.implicit_dt : 100.0 * bar;
+    double automatic = number_or_auto(o.implicit_dt, "--implicit-dt", 100.0 * bar);
     if (o.method == Method::explicit_steps)
         automatic = o.stable_step == StableStep::bar ? bar : o.safety * stability_limit(scene, start.particles);
     return number_or_auto(o.dt, "--dt", automatic);
@@ -260,7 +262,7 @@ RunOptions make_run_options(const Options& o, const State& start) {
                         o.duration, start.time));
     const bool long_steps = o.method != Method::explicit_steps;
     return {.duration_s = o.duration,
-            .snapshots_s = o.snapshots,
+            .snapshots_s = io::snapshot_times(o.snapshots, o.snapshots_every, o.duration),
             .history_every = o.history_every,
             .monitor = {.every = long_steps ? 1 : 32, .inertia = o.method != Method::quasi_static}};
 }

@@ -30,7 +30,7 @@ struct Options {
     FormChoice form = FormChoice::automatic;
     double mu = 1.0;
     std::string dt = "auto", dt_start = "auto"; ///< seconds, or "auto"
-    double implicit_dt = 0.0;                   ///< [s] what auto means for implicit methods; 0: a hundred of the paper's steps
+    std::string implicit_dt = "auto"; ///< seconds, what auto means for implicit methods; auto: a hundred of the paper's steps
     StableStep stable_step = StableStep::dilatation;
     double safety = 0.48;
     double step_growth = 1.2;
@@ -50,6 +50,7 @@ struct Options {
 
     double duration = 0.0;
     std::vector<double> snapshots = {};
+    double snapshots_every = 0.0;
     int history_every = 1;
 };
 

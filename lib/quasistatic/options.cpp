@@ -1,4 +1,5 @@
 #include <ductile/base/error.hpp>
+#include <ductile/io/output_times.hpp>
 #include <ductile/quasistatic/index_reduced.hpp>
 #include <ductile/quasistatic/options.hpp>
 
@@ -56,8 +57,9 @@ void declare_initial(io::Program& program, Options& o) {
                    {{"paper", InitialChoice::paper},
                     {"uniform", InitialChoice::uniform},
                     {"gaussian", InitialChoice::gaussian},
-                    {"random", InitialChoice::random}},
-                   help("Lu & Rycroft's App. C, a constant, a Gaussian inclusion, or a smooth random field"));
+                    {"random", InitialChoice::random},
+                    {"file", InitialChoice::file}},
+                   help("Lu & Rycroft's App. C, a constant, a Gaussian inclusion, a smooth random field, or --initial-file"));
     program.number_or_auto("--initial-base", o.initial_base,
                            help("T_base, constant, background or mean; auto: 640 K for STZ, 0 for Perzyna", "K, or 1"));
     program.number_or_auto(
@@ -67,6 +69,11 @@ void declare_initial(io::Program& program, Options& o) {
     program.option("--initial-y", o.initial_y, help("centre of the inclusion", "m"));
     program.option("--initial-length", o.initial_length,
                    help("radius of the inclusion or correlation length", "m", io::positive));
+    program.input_file(
+        "--initial-file", o.initial_file,
+        help("fields on the cells of any grid of this domain, HDF5 (a fields.h5, too) or CSV: effective_temperature or "
+             "plastic_strain, and, if you like, pressure, s, tau, q, which are then brought into equilibrium",
+             "K, 1, Pa"));
     program.option("--initial-seed", o.initial_seed, help("seed of the random field", "", io::not_negative));
 }
 
@@ -119,6 +126,8 @@ void declare_output(io::Program& program, Options& o) {
     };
     program.option("--duration", o.duration, help("simulated time at the end", "s"));
     program.option("--snapshots", o.snapshots, help("times of the snapshots in fields.h5: t1,t2,...", "s", io::not_negative));
+    program.option("--snapshots-every", o.snapshots_every,
+                   help("snapshots at the times 0, T, 2 T, ... besides; 0: none", "s", io::not_negative));
     program.option("--history-every", o.history_every, help("rows of history.csv: every n-th step", "", io::at_least(1)));
 }
 
@@ -182,6 +191,8 @@ Field make_initial_internal(const Options& o, const Scene& scene) {
             return Uniform{base};
         case InitialChoice::gaussian:
             return GaussianInclusion{base, amplitude, o.initial_x / length, o.initial_y / length, o.initial_length / length};
+        case InitialChoice::file:
+            throw InputError("--initial file: this start is no pattern");
         case InitialChoice::random:
             return RandomField{base, amplitude, o.initial_length / length, static_cast<std::uint64_t>(o.initial_seed)};
         }
@@ -280,7 +291,9 @@ RunOptions make_run_options(const Options& o, const Scene& scene, double start) 
         throw InputError(
             fmt::format("--duration {}: the checkpoint is at t = {:.6g} s already: a longer --duration goes on from there",
                         o.duration, start * scene.units.time));
-    return {.duration_s = o.duration, .snapshots_s = o.snapshots, .history_every = o.history_every};
+    return {.duration_s = o.duration,
+            .snapshots_s = io::snapshot_times(o.snapshots, o.snapshots_every, o.duration),
+            .history_every = o.history_every};
 }
 
 std::string describe(const Options& o, const Scene& scene, const TimeStepper& stepper, int threads) {

@@ -8,12 +8,13 @@
 #include <ductile/quasistatic/scene.hpp>
 #include <ductile/quasistatic/step_control.hpp>
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
 namespace ductile::quasistatic {
 
-enum class InitialChoice { paper, uniform, gaussian, random };
+enum class InitialChoice { paper, uniform, gaussian, random, file };
 enum class StepChoice { fixed, adaptive };
 
 /// All options of a quasi-static program, in SI; the defaults are Lu & Rycroft's problem (Sec. 8) on 128 x 128 cells.
@@ -28,6 +29,7 @@ struct Options {
     std::string initial_base = "auto", initial_amplitude = "auto"; ///< in the unit of the internal variable
     double initial_x = 0.0, initial_y = 0.0, initial_length = 0.002;
     int initial_seed = 1;
+    std::filesystem::path initial_file = {};
 
     double wall_velocity = 2e-7 * 0.01 / 4.05e-6; ///< 2e-7 L/t_s
     std::string wall_history;                     ///< replaces wall_velocity unless empty
@@ -45,6 +47,7 @@ struct Options {
 
     double duration = 1.4175;
     std::vector<double> snapshots{0.0, 0.46575, 0.9315, 1.4175}; ///< the times of Fig. 2
+    double snapshots_every = 0.0;
     int history_every = 1;
 };
 
@@ -53,6 +56,7 @@ void declare(io::Program& program, Options& options);
 
 /// The scene in natural units. Throws InputError for impossible values.
 [[nodiscard]] Scene make_scene(const Options& options);
+/// For all choices but InitialChoice::file.
 [[nodiscard]] Field make_initial_internal(const Options& options, const Scene& scene);
 /// Fixed steps, or adaptive ones of the kind that the scheme has, in natural units. Throws InputError when --dt or --tolerance is
 /// neither "auto" nor a positive number.

@@ -1,0 +1,287 @@
+#include <ductile/base/error.hpp>
+#include <ductile/io/nearest_name.hpp>
+#include <ductile/mpm/measure.hpp>
+#include <ductile/mpm/particle_file.hpp>
+#include <ductile/mpm/setup.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <numbers>
+
+namespace ductile::mpm {
+
+namespace {
+
+io::OptionHelp needed(std::string meaning, std::string units = {}, io::Limits allowed = io::any_number) {
+    return {.group = {}, .meaning = std::move(meaning), .units = std::move(units), .allowed = allowed, .required = true};
+}
+io::OptionHelp optional(std::string meaning, std::string units = {}, io::Limits allowed = io::any_number) {
+    return {.group = {}, .meaning = std::move(meaning), .units = std::move(units), .allowed = allowed};
+}
+
+/// The value of a key, parsed from the TOML that stands for it.
+io::ConfigNode value_of(const std::string& toml) { return io::read_config("value = " + toml, "value").children.front(); }
+
+void declare_shape(io::Keys& keys, Shape& shape, io::OptionHelp help) {
+    keys.toml(
+        "shape", help,
+        "a table {rectangle = [left, bottom, right, top]}, {disk = [x, y, radius]}, {polygon = [[x, y], ...]}, "
+        "{union = [shape, ...]} or {difference = [shape, ...]}",
+        [&shape] { return shape.toml(); }, [&shape](const std::string& toml) { shape = read_shape(value_of(toml)); });
+}
+
+/// Two numbers, or none.
+void declare_pair(io::Keys& keys, const char* key, std::vector<double>& pair, const io::OptionHelp& help) {
+    keys.toml(
+        key, help, "two numbers", [&pair] { return pair.empty() ? "" : io::toml_array(pair); },
+        [&pair](const std::string& toml) { pair = read_numbers(value_of(toml), 2); });
+}
+
+Velocity velocity_of(const std::string& toml) {
+    const std::vector<double> v = read_numbers(value_of(toml), 2);
+    return {v[0], v[1]};
+}
+
+void declare(io::Keys& keys, Setup::Box& box) {
+    keys.choice("geometry", box.geometry,
+                {{"plane-strain", Geometry::plane_strain},
+                 {"plane-stress", Geometry::plane_stress},
+                 {"axisymmetric", Geometry::axisymmetric}},
+                optional("what the third direction is; axisymmetric: x is the radius, y the axis"));
+    keys.option("finite-rotation", box.finite_rotation,
+                optional("whether the stress turns with the material; without it strains and rotations must be small"));
+    keys.option("left", box.left, optional("edge of the background grid", "m"));
+    keys.option("bottom", box.bottom, optional("edge of the background grid", "m"));
+    keys.option("width", box.width, needed("a multiple of cell-size", "m", io::positive));
+    keys.option("height", box.height, needed("a multiple of cell-size", "m", io::positive));
+}
+
+void declare(io::Keys& keys, Grid::Sides& sides) {
+    for (const auto& [name, side] :
+         {std::pair{"left", &sides.left}, {"right", &sides.right}, {"bottom", &sides.bottom}, {"top", &sides.top}})
+        keys.choice(name, *side, {{"free", SideCondition::free}, {"slip", SideCondition::slip}, {"fixed", SideCondition::fixed}},
+                    optional("free: nothing holds; slip: no velocity across, also a plane of symmetry or the axis; fixed: none"));
+}
+
+void declare(io::Keys& keys, Setup::Deformable& body, const std::vector<std::string>& materials) {
+    keys.option("name", body.name, optional("for messages and observables"));
+    keys.choice("material", body.material, materials, needed("one of the materials"));
+    declare_shape(keys, body.shape, optional("the region that it fills"));
+    keys.input_file(
+        "particles", body.particles,
+        optional("a file with its particles instead: columns of CSV with a head, or datasets of HDF5, x, y, volume, and, "
+                 "if you like, velocity_x, velocity_y, stress_xx, stress_yy, stress_zz, stress_xy, internal"));
+    keys.toml(
+        "velocity", optional("at the start", "m/s"), "two numbers",
+        [&body] {
+            return io::toml_array({body.velocity.u, body.velocity.v});
+        },
+        [&body](const std::string& toml) { body.velocity = velocity_of(toml); });
+    declare_pair(keys, "axial-mode", body.axial_mode,
+                 optional("speed and length: a velocity speed sin(pi x/(2 length)) in x besides", "m/s, m"));
+    keys.option("particles-per-side", body.particles_per_side,
+                optional("along a cell's side; 0: as the option of this name", "", io::between(0, 100)));
+    keys.number_or_auto(
+        "internal", body.internal,
+        optional("internal variable at the start: plastic strain, or effective temperature (STZ); auto: the law's", "1, or K"));
+}
+
+void declare(io::Keys& keys, Setup::Rigid& body) {
+    keys.option("name", body.name, optional("for messages and the columns of its force"));
+    declare_shape(keys, body.shape, needed("where its points are at the start"));
+    keys.toml(
+        "velocity", optional("constant velocity", "m/s"), "two numbers",
+        [&body] {
+            const Velocity v = body.velocity.after(0.0);
+            return body.velocity.is_constant() ? io::toml_array({v.u, v.v}) : "";
+        },
+        [&body](const std::string& toml) { body.velocity = velocity_of(toml); });
+    keys.toml(
+        "history", optional("velocity in the course of time, instead: linear from knot to knot", "s, m/s"),
+        "[[time, x, y], ...]; two knots at one time are a jump",
+        [&body] {
+            std::string rows;
+            for (const auto& [time, v] : body.velocity.knots())
+                rows += (rows.empty() ? "" : ", ") + io::toml_array({time, v.u, v.v});
+            return body.velocity.is_constant() ? std::string() : fmt::format("[{}]", rows);
+        },
+        [&body](const std::string& toml) {
+            std::vector<History<Velocity>::Knot> knots;
+            for (const std::vector<double>& row : read_rows(value_of(toml), {3}))
+                knots.push_back({row[0], {row[1], row[2]}});
+            body.velocity = History<Velocity>(std::move(knots));
+        });
+    keys.toml(
+        "holds", optional("components of the velocity of nodes that it prescribes; [\"x\", \"y\"] sticks"),
+        "a list of \"x\" and \"y\"",
+        [&body] {
+            return fmt::format("[{}{}{}]", body.holds_x ? "\"x\"" : "", body.holds_x && body.holds_y ? ", " : "",
+                               body.holds_y ? "\"y\"" : "");
+        },
+        [&body](const std::string& toml) {
+            body.holds_x = body.holds_y = false;
+            for (const io::ConfigNode& component : value_of(toml).children) {
+                if (component.text != "x" && component.text != "y")
+                    throw InputError("it must be a list of \"x\" and \"y\"");
+                (component.text == "x" ? body.holds_x : body.holds_y) = true;
+            }
+            if (!body.holds_x && !body.holds_y)
+                throw InputError("it must hold one component at least");
+        });
+    keys.option("particles-per-side", body.particles_per_side,
+                optional("along a cell's side; 0: as the option of this name", "", io::between(0, 100)));
+}
+
+void declare(io::Keys& keys, Setup::Measure& measure) {
+    keys.option("name", measure.name, needed("of the column, with its unit"));
+    keys.choice("quantity", measure.quantity, quantities(), needed("of the scene, of a rigid body, or of particles"));
+    keys.option("of", measure.of, optional("which rigid body, by default the first; or which body, by default all particles"));
+    keys.choice("take", measure.take,
+                {{"mean", Setup::Take::mean},
+                 {"smallest", Setup::Take::smallest},
+                 {"largest", Setup::Take::largest},
+                 {"sum", Setup::Take::sum}},
+                optional("of the particles' values"));
+    keys.option("factor", measure.factor, optional("times the quantity"));
+    keys.option("offset", measure.offset, optional("added to that"));
+}
+
+void declare(io::Keys& keys, Setup::Curve& curve) {
+    keys.option("x", curve.x, optional("column of history.csv"));
+    keys.option("y", curve.y, optional("column of history.csv"));
+    keys.option("x-label", curve.x_label, optional("below the curve"));
+    keys.option("y-label", curve.y_label, optional("above it"));
+}
+
+template <class T> std::vector<std::string> names_of(const std::vector<T>& values) {
+    std::vector<std::string> names;
+    for (const T& value : values)
+        names.push_back(value.name);
+    return names;
+}
+
+/// Whether a file can name them: distinct and not empty.
+void check_names(const std::vector<std::string>& names, const char* what) {
+    for (std::size_t k = 0; k < names.size(); ++k)
+        if (names[k].empty() || std::find(names.begin(), names.begin() + static_cast<std::ptrdiff_t>(k), names[k]) !=
+                                    names.begin() + static_cast<std::ptrdiff_t>(k))
+            throw InputError(fmt::format("{} are called '{}': each needs a name of its own", what, names[k]));
+}
+
+void add(Problem& problem, const Setup& setup, const Setup::Deformable& body, const Options& options) {
+    const std::vector<std::string> names = names_of(setup.materials);
+    const auto found = std::ranges::find(names, body.material);
+    if (found == names.end())
+        throw InputError(fmt::format("the body '{}' is of the material '{}', which the scene does not have{}", body.name,
+                                     body.material, io::did_you_mean(body.material, names)));
+    const auto material = static_cast<std::size_t>(found - names.begin());
+    std::vector<double> internal;
+    if (body.internal != "auto") {
+        for (const InternalVariable& variable : problem.scene.materials[material].law->variables())
+            internal.push_back(internal.empty() ? io::parse_number(body.internal) : variable.start / variable.natural_unit);
+        if (internal.empty())
+            throw InputError(fmt::format("the body '{}' starts with the internal variable {}, and its law has none", body.name,
+                                         body.internal));
+    }
+    const Body added{.shape = body.shape,
+                     .material = static_cast<int>(material),
+                     .density = setup.materials[material].density,
+                     .velocity_x = body.velocity.u,
+                     .velocity_y = body.velocity.v,
+                     .particles_per_side = body.particles_per_side > 0 ? body.particles_per_side : options.particles_per_side,
+                     .internal = std::move(internal),
+                     .name = body.name};
+    Particles& particles = problem.start.particles;
+    const std::size_t first = particles.size();
+    if (body.particles.empty() == body.shape.toml().empty())
+        throw InputError(fmt::format("the body '{}' must have either a shape or a file of particles", body.name));
+    if (body.particles.empty())
+        add_body(particles, added, problem.scene);
+    else
+        add_particles(particles, added, body.particles, problem.scene);
+    if (!body.axial_mode.empty())
+        for (std::size_t p = first; p < particles.size(); ++p)
+            particles.velocity_x[p] +=
+                body.axial_mode[0] * std::sin(0.5 * std::numbers::pi * particles.x[p] / body.axial_mode[1]);
+}
+
+} // namespace
+
+void visit(io::Tables& tables, Setup& setup) {
+    tables.table("grid", "The background grid", [&](io::Keys& keys) { declare(keys, setup.grid); });
+    tables.table("sides", "What holds at its sides", [&](io::Keys& keys) { declare(keys, setup.sides); });
+    tables.named("materials", "Materials, each with a name of its own", setup.materials,
+                 [](io::Keys& keys, MaterialData& material) { ductile::declare(keys, material); });
+    const std::vector<std::string> materials = names_of(setup.materials);
+    tables.list("bodies", "Bodies that deform", setup.bodies,
+                [&](io::Keys& keys, Setup::Deformable& body) { declare(keys, body, materials); });
+    tables.list("rigid-bodies", "Rigid bodies, which move as prescribed", setup.rigid_bodies,
+                [](io::Keys& keys, Setup::Rigid& body) { declare(keys, body); });
+    tables.table("body-force", "Gravity and the like", [&](io::Keys& keys) {
+        declare_pair(keys, "acceleration", setup.acceleration, optional("of every particle", "m/s^2"));
+    });
+    tables.list("observables", "Columns of history.csv besides those that every scene has: factor * quantity + offset",
+                setup.observables, [](io::Keys& keys, Setup::Measure& measure) { declare(keys, measure); });
+    tables.table("curve", "The curve in the terminal", [&](io::Keys& keys) { declare(keys, setup.curve); });
+}
+
+void writes_scene(io::Program& program, const std::function<Setup()>& setup) {
+    program.writes_scene("points", [setup](io::Tables& tables) {
+        Setup made = setup();
+        visit(tables, made);
+    });
+}
+
+Problem make_problem(const Setup& setup, const Options& options) {
+    const Setup::Box& box = setup.grid;
+    Problem problem;
+    problem.scene = {.geometry = box.geometry,
+                     .grid = {.cells_x = cells_along(box.width, options, "the width of the grid"),
+                              .cells_y = cells_along(box.height, options, "the height of the grid"),
+                              .width = box.width,
+                              .height = box.height,
+                              .left = box.left,
+                              .bottom = box.bottom,
+                              .sides = setup.sides},
+                     .shape = options.shape,
+                     .finite_rotation = box.finite_rotation};
+    check_names(names_of(setup.bodies), "bodies");
+    check_names(names_of(setup.rigid_bodies), "rigid bodies");
+    check_names(names_of(setup.observables), "observables");
+    for (const MaterialData& material : setup.materials) {
+        try {
+            problem.scene.materials.push_back({make_law(material), material.heat_capacity});
+        } catch (const InputError& error) {
+            throw InputError(fmt::format("the material '{}': {}", material.name, error.what()));
+        }
+    }
+    for (const Setup::Deformable& body : setup.bodies)
+        add(problem, setup, body, options);
+    for (const Setup::Rigid& rigid : setup.rigid_bodies) {
+        RigidBody body = make_rigid_body(rigid.name, rigid.shape,
+                                         rigid.particles_per_side > 0 ? rigid.particles_per_side : options.particles_per_side,
+                                         problem.scene.grid);
+        body.velocity = rigid.velocity;
+        body.holds_x = rigid.holds_x;
+        body.holds_y = rigid.holds_y;
+        problem.start.rigid_bodies.push_back(std::move(body));
+    }
+    if (const std::array b{setup.acceleration.at(0), setup.acceleration.at(1)}; b[0] != 0.0 || b[1] != 0.0)
+        problem.scene.body_force = [b](std::int64_t, double, double, double) { return b; };
+    for (const Setup::Measure& measure : setup.observables)
+        problem.observables.push_back(make_observable(measure, setup));
+    problem.curve_x = setup.curve.x;
+    problem.curve_y = setup.curve.y;
+    problem.label_x = setup.curve.x_label.empty() ? setup.curve.x : setup.curve.x_label;
+    problem.label_y = setup.curve.y_label.empty() ? setup.curve.y : setup.curve.y_label;
+    problem.conclusions.conclude = [all = problem.observables](const Observation& seen, const Tally&,
+                                                               nlohmann::ordered_json& extra) {
+        for (const Observable& observable : all)
+            extra["final_" + observable.name] = observable.value(seen);
+    };
+    return problem;
+}
+
+} // namespace ductile::mpm

@@ -1,0 +1,151 @@
+#include <ductile/base/error.hpp>
+#include <ductile/io/hdf5.hpp>
+#include <ductile/io/history.hpp>
+#include <ductile/quasistatic/initial_file.hpp>
+#include <ductile/quasistatic/projection.hpp>
+#include <ductile/space/staggered.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace ductile::quasistatic {
+
+namespace {
+
+/// Fields of one shape by their names, row after row.
+struct Fields {
+    int rows = 0, columns = 0;
+    std::map<std::string, std::vector<double>> values = {};
+};
+
+Fields read_hdf5(const std::filesystem::path& path, const std::vector<std::string>& names) {
+    const io::Hdf5File file = io::Hdf5File::open(path);
+    std::string folder;
+    if (file.contains("snapshots"))
+        folder = "snapshots/" + file.members("snapshots").back() + "/";
+    Fields fields;
+    for (const std::string& name : names) {
+        if (!file.contains(folder + name))
+            continue;
+        const std::vector<std::size_t> shape = file.shape(folder + name);
+        const bool same = fields.values.empty() || (shape.size() == 2 && static_cast<int>(shape[0]) == fields.rows &&
+                                                    static_cast<int>(shape[1]) == fields.columns);
+        if (shape.size() != 2 || shape[0] == 0 || shape[1] == 0 || !same)
+            throw InputError(
+                fmt::format("{}: '{}' must have rows and columns, as many as the other fields", path.string(), name));
+        fields.rows = static_cast<int>(shape[0]);
+        fields.columns = static_cast<int>(shape[1]);
+        std::vector<double>& values = fields.values[name];
+        values.resize(shape[0] * shape[1]);
+        file.read(folder + name, {values.data(), fields.rows, fields.columns, fields.columns});
+    }
+    return fields;
+}
+
+Fields read_csv(const Scene& scene, const std::filesystem::path& path, const std::vector<std::string>& names) {
+    const io::HistoryTable table = io::read_history(path);
+    const auto has = [&](const std::string& name) { return std::ranges::find(table.columns, name) != table.columns.end(); };
+    if (!has("x") || !has("y"))
+        throw InputError(fmt::format("{}: it lacks the columns x and y of the cell centres", path.string()));
+    const std::vector<double> x = table.column("x"), y = table.column("y");
+    Fields fields;
+    while (fields.columns < static_cast<int>(y.size()) && y[static_cast<std::size_t>(fields.columns)] == y.front())
+        ++fields.columns;
+    fields.rows = fields.columns > 0 ? static_cast<int>(y.size()) / fields.columns : 0;
+    const double length = scene.units.length;
+    for (std::size_t k = 0; k < x.size(); ++k) {
+        const int j = static_cast<int>(k) / fields.columns, i = static_cast<int>(k) % fields.columns;
+        const double cell_x = scene.grid.width * length / fields.columns, cell_y = scene.grid.height * length / fields.rows;
+        const double there_x = (i + 0.5) * cell_x - 0.5 * scene.grid.width * length;
+        const double there_y = (j + 0.5) * cell_y - 0.5 * scene.grid.height * length;
+        if (!(std::abs(x[k] - there_x) < 1e-3 * cell_x && std::abs(y[k] - there_y) < 1e-3 * cell_y))
+            throw InputError(
+                fmt::format("{}: row {} lies at ({:g}, {:g}) m; of {} x {} cells of the domain it would be the centre "
+                            "at ({:g}, {:g}) m: give all cells, row after row from the lower left, the origin in the "
+                            "middle",
+                            path.string(), k + 1, x[k], y[k], fields.columns, fields.rows, there_x, there_y));
+    }
+    for (const std::string& name : names)
+        if (has(name))
+            fields.values[name] = table.column(name);
+    return fields;
+}
+
+/// Bilinear, times a factor; images included.
+void interpolate(const Fields& from, const std::vector<double>& values, double factor, Field& to) {
+    const auto value = [&](int i, int j) {
+        const int row = std::clamp(j, 0, from.rows - 1), column = (i + from.columns) % from.columns;
+        return values[static_cast<std::size_t>(row) * static_cast<std::size_t>(from.columns) + static_cast<std::size_t>(column)];
+    };
+    for (int j = 0; j < to.rows(); ++j) {
+        const double y = (j + 0.5) * from.rows / to.rows() - 0.5;
+        const int low = static_cast<int>(std::floor(y));
+        for (int i = 0; i < to.columns(); ++i) {
+            const double x = (i + 0.5) * from.columns / to.columns() - 0.5;
+            const int left = static_cast<int>(std::floor(x));
+            const double a = x - left, b = y - low;
+            to(i, j) = factor * ((1.0 - b) * ((1.0 - a) * value(left, low) + a * value(left + 1, low)) +
+                                 b * ((1.0 - a) * value(left, low + 1) + a * value(left + 1, low + 1)));
+        }
+        to.wrap_row(j);
+    }
+}
+
+/// Sum of squares over all cells and components, of `a` less `b` if there is one.
+double square_of(const StressField& a, const StressField* b) {
+    double sum = 0.0;
+    for (const auto component : {&StressField::p, &StressField::s, &StressField::tau, &StressField::q})
+        for (int j = 0; j < (a.*component).rows(); ++j)
+            for (int i = 0; i < (a.*component).columns(); ++i) {
+                const double difference = (a.*component)(i, j) - (b ? (b->*component)(i, j) : 0.0);
+                sum += difference * difference;
+            }
+    return sum;
+}
+
+} // namespace
+
+FileStart start_from_file(const Scene& scene, const std::filesystem::path& path, EquilibriumSolver& solver) {
+    const InternalVariable variable = scene.law->variables().front();
+    const std::string internal(variable.name);
+    const std::vector<std::string> names = {internal, "pressure", "s", "tau", "q"};
+    const bool hdf5 = path.extension() == ".h5" || path.extension() == ".hdf5";
+    const Fields fields = hdf5 ? read_hdf5(path, names) : read_csv(scene, path, names);
+    if (!fields.values.contains(internal))
+        throw InputError(fmt::format("{}: it lacks the field '{}'", path.string(), internal));
+    for (const auto& [name, values] : fields.values)
+        if (!std::ranges::all_of(values, [](double value) { return std::isfinite(value); }))
+            throw InputError(fmt::format("{}: '{}' has a value that is not finite", path.string(), name));
+    if (fields.values.size() != 1 && fields.values.size() != names.size())
+        throw InputError(fmt::format("{}: a stress needs all of pressure, s, tau and q", path.string()));
+
+    Field start(scene.grid.cells_y, scene.grid.cells_x);
+    interpolate(fields, fields.values.at(internal), 1.0 / variable.natural_unit, start);
+    for (int j = 0; j < start.rows(); ++j)
+        for (int i = 0; i < start.columns(); ++i)
+            if (!variable.can_start_at(start(i, j)))
+                throw InputError(fmt::format("{}: the {} is {:.6g} at cell ({}, {}): it must be {}", path.string(),
+                                             spoken_name(variable), start(i, j) * variable.natural_unit, i, j,
+                                             describe_range(variable)));
+    FileStart result{.state = initial_state(scene, start)};
+    if (fields.values.size() == 1)
+        return result;
+    CellState& cells = result.state.cells;
+    const double inverse = 1.0 / scene.units.stress;
+    for (const auto& [name, field] : {std::pair{"pressure", &cells.stress.p}, std::pair{"s", &cells.stress.s},
+                                      std::pair{"tau", &cells.stress.tau}, std::pair{"q", &cells.stress.q}})
+        interpolate(fields, fields.values.at(name), inverse, *field);
+    const StressField given = cells.stress;
+    VectorField force(scene.grid);
+    divergence(scene.grid, given, -1.0, force);
+    (void)Projection(scene, solver).apply(force, {}, 1.0, cells);
+    const double square = square_of(given, nullptr);
+    result.correction = square > 0.0 ? std::sqrt(square_of(cells.stress, &given) / square) : 0.0;
+    return result;
+}
+
+} // namespace ductile::quasistatic

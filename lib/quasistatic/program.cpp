@@ -1,0 +1,61 @@
+#include <ductile/base/error.hpp>
+#include <ductile/base/threads.hpp>
+#include <ductile/io/output_times.hpp>
+#include <ductile/quasistatic/doubts.hpp>
+#include <ductile/quasistatic/initial_file.hpp>
+#include <ductile/quasistatic/program.hpp>
+
+#include <algorithm>
+#include <fmt/format.h>
+#include <iterator>
+
+namespace ductile::quasistatic {
+
+namespace {
+
+/// The state that the options ask for; says and warns of what had to be done to it.
+State start(const io::Program& program, const Options& options, const Scene& scene, std::vector<std::string>& warnings) {
+    if (options.initial_file.empty() != (options.initial != InitialChoice::file))
+        throw InputError(options.initial_file.empty() ? "--initial file: which? add --initial-file FILE"
+                                                      : "--initial-file: it is read with --initial file only");
+    if (options.initial != InitialChoice::file)
+        return initial_state(scene, make_initial_internal(options, scene));
+    const auto solver = make_equilibrium_solver({.grid = scene.grid, .elasticity = scene.law->elasticity()}, options.solver);
+    FileStart made = start_from_file(scene, options.initial_file, *solver);
+    const std::string file = options.initial_file.string();
+    if (made.correction > 0.01)
+        warnings.push_back(
+            fmt::format("the stress in {} is not in equilibrium on this grid: it was changed by {:.3g} % to be so (root "
+                        "mean square): take it from a finer grid, or from this one",
+                        file, 100.0 * made.correction));
+    else if (made.correction > 0.0)
+        program.say(
+            fmt::format("initial   stress from {}, changed by {:.3g} % to be in equilibrium\n", file, 100.0 * made.correction));
+    return std::move(made.state);
+}
+
+} // namespace
+
+int run_program(const io::Program& program, const Options& options) {
+    // scene, steps, initial or restored state: all input is checked before anything is written
+    const Scene scene = make_scene(options);
+    check_meaning(options, scene);
+    StepControl control = make_step_control(options, scene);
+    const auto checkpoint = program.open_restart(checkpoint_format);
+    std::vector<std::string> warnings;
+    State state = checkpoint ? read_state(*checkpoint, scene) : start(program, options, scene, warnings);
+
+    const RunOptions run_options = make_run_options(options, scene, state.time);
+    std::ranges::move(doubts(options, scene, state.cells), std::back_inserter(warnings));
+    if (!program.has_default("--snapshots"))
+        std::ranges::move(io::missing_snapshots(options.duration, options.snapshots), std::back_inserter(warnings));
+    const auto stepper = make_time_stepper(options, scene, std::move(state));
+    program.say(describe(options, scene, *stepper, thread_count()));
+    return program.run(
+        [&](const io::OutputFolder& folder, io::RunSummary& summary) {
+            return run(scene, *stepper, control, run_options, program, folder, checkpoint ? &*checkpoint : nullptr, summary);
+        },
+        warnings);
+}
+
+} // namespace ductile::quasistatic

@@ -1,0 +1,10 @@
+#pragma once
+#include <ductile/quasistatic/options.hpp>
+
+namespace ductile::quasistatic {
+
+/// The rest of a program once its options are parsed: sets up the scene or restores the state of --restart, checks all input,
+/// runs and reports. Returns the exit status.
+[[nodiscard]] int run_program(const io::Program& program, const Options& options);
+
+} // namespace ductile::quasistatic

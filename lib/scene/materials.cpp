@@ -1,0 +1,93 @@
+#include <ductile/material/linear_elastic.hpp>
+#include <ductile/material/units.hpp>
+#include <ductile/scene/materials.hpp>
+
+namespace ductile {
+
+void declare(io::Keys& keys, MaterialData& material) {
+    keys.choice("law", material.law,
+                {{"linear-elastic", LawChoice::linear_elastic},
+                 {"von-mises", LawChoice::von_mises},
+                 {"drucker-prager", LawChoice::drucker_prager},
+                 {"stz", LawChoice::stz},
+                 {"perzyna", LawChoice::perzyna}},
+                {.group = {}, .meaning = "what the stress obeys", .required = true});
+    declare_parameters(keys, material, {});
+}
+
+void declare_parameters(io::Keys& keys, MaterialData& m, const std::string& group) {
+    const auto optional = [&](std::string meaning, std::string units = {}, io::Limits allowed = io::positive) {
+        return io::OptionHelp{.group = group, .meaning = std::move(meaning), .units = std::move(units), .allowed = allowed};
+    };
+    const auto needed = [&](std::string meaning, std::string units = {}, io::Limits allowed = io::positive) {
+        io::OptionHelp help = optional(std::move(meaning), std::move(units), allowed);
+        help.required = true;
+        return help;
+    };
+    keys.option("young-modulus", m.young_modulus, needed("Young's modulus E", "Pa"));
+    keys.option("poisson-ratio", m.poisson_ratio, needed("Poisson's ratio nu", "", io::strictly_between(-1.0, 0.5)));
+    keys.option("density", m.density, needed("density", "kg/m^3"));
+    keys.option("heat-capacity", m.heat_capacity,
+                optional("heat capacity per mass, for the temperature rise; 0: none", "J/(kg K)", io::not_negative));
+    switch (m.law) {
+    case LawChoice::linear_elastic:
+        break;
+    case LawChoice::von_mises:
+        keys.option("yield-stress", m.yield_stress, needed("first yield in simple tension", "Pa"));
+        keys.option("hardening", m.hardening.modulus, optional("hardening modulus", "Pa", io::not_negative));
+        keys.option("limit-strain", m.hardening.limit_strain,
+                    optional("plastic strain at which hardening ends", "", io::not_negative));
+        keys.option("softening", m.hardening.softening, optional("softening modulus beyond that", "Pa", io::not_negative));
+        break;
+    case LawChoice::drucker_prager:
+        keys.option("cohesion", m.cone.cohesion, needed("equivalent stress at yield without mean stress", "Pa"));
+        keys.option("friction", m.cone.friction, needed("rise of that with pressure"));
+        keys.option("dilatancy", m.cone.dilatancy,
+                    optional("plastic change of volume, up to the friction", "", io::not_negative));
+        keys.option("hardening", m.cone.hardening, optional("hardening modulus", "Pa", io::not_negative));
+        break;
+    case LawChoice::stz:
+        keys.option("yield-stress", m.yield_stress, needed("|sigma_0| = sqrt(J_2) at yield", "Pa"));
+        keys.option("stz-molecular-time", m.stz.molecular_time, optional("tau_0", "s"));
+        keys.option("stz-local-strain", m.stz.local_strain, optional("epsilon_0"));
+        keys.option("stz-heat-capacity", m.stz.heat_capacity, optional("c_0"));
+        keys.option("stz-activation-barrier", m.stz.activation_barrier, optional("Delta/k_B", "K"));
+        keys.option("stz-activation-volume", m.stz.activation_volume, optional("zeta", "m^3"));
+        keys.option("stz-bath-temperature", m.stz.bath_temperature, optional("T", "K"));
+        keys.option("stz-steady-temperature", m.stz.steady_temperature, optional("chi_inf", "K"));
+        keys.option("stz-formation-temperature", m.stz.formation_temperature, optional("e_Z/k_B", "K"));
+        keys.option("stz-corner", m.stz.corner_width,
+                    optional("width of a smoothed yield corner, in yield stresses", "", io::not_negative));
+        break;
+    case LawChoice::perzyna:
+        keys.option("yield-stress", m.yield_stress, needed("|sigma_0| = sqrt(J_2) at first yield", "Pa"));
+        keys.option("perzyna-hardening", m.perzyna.hardening_modulus,
+                    optional("rise of the yield stress with plastic strain", "Pa", io::not_negative));
+        keys.option("perzyna-rate", m.perzyna.reference_rate, optional("D_0 in D^pl = D_0 (sbar/Y - 1)^n", "1/s"));
+        keys.option("perzyna-exponent", m.perzyna.overstress_exponent, optional("n", "", io::between(1, 100)));
+        break;
+    }
+}
+
+Law make_law(const MaterialData& m) {
+    const IsotropicElasticity elasticity = elasticity_from_young(m.young_modulus, m.poisson_ratio);
+    const auto with_yield = [&](auto parameters) {
+        parameters.yield_stress = m.yield_stress;
+        return parameters;
+    };
+    switch (m.law) {
+    case LawChoice::linear_elastic:
+        return linear_elastic_law(elasticity);
+    case LawChoice::von_mises:
+        return von_mises_law(elasticity, with_yield(m.hardening));
+    case LawChoice::drucker_prager:
+        return drucker_prager_law(elasticity, m.cone);
+    case LawChoice::stz:
+        return stz_law(elasticity, with_yield(m.stz), si_units);
+    case LawChoice::perzyna:
+        return perzyna_law(elasticity, with_yield(m.perzyna), si_units);
+    }
+    __builtin_unreachable();
+}
+
+} // namespace ductile

@@ -1,0 +1,36 @@
+#pragma once
+#include <ductile/io/keys.hpp>
+#include <ductile/material/drucker_prager.hpp>
+#include <ductile/material/law.hpp>
+#include <ductile/material/perzyna.hpp>
+#include <ductile/material/stz.hpp>
+#include <ductile/material/von_mises.hpp>
+
+#include <string>
+
+namespace ductile {
+
+enum class LawChoice { linear_elastic, von_mises, drucker_prager, stz, perzyna };
+
+/// A material of points as plain data, in SI. Each law has parameters of its own besides what all have.
+struct MaterialData {
+    std::string name = "material";
+    LawChoice law = LawChoice::linear_elastic;
+    double young_modulus = 0.0, poisson_ratio = 0.0, density = 0.0;
+    double heat_capacity = 0.0; ///< per mass; 0: the temperature stays
+    double yield_stress = 0.0;  ///< of von Mises, STZ and Perzyna
+    Hardening hardening = {};
+    DruckerPragerParameters cone = {};
+    StzParameters stz = {};
+    PerzynaParameters perzyna = {};
+};
+
+/// The law, and what it asks for.
+void declare(io::Keys& keys, MaterialData& material);
+/// What a program lets its users choose of a material whose law it knows, in a group of --help.
+void declare_parameters(io::Keys& keys, MaterialData& material, const std::string& group);
+
+/// Throws InputError for impossible values.
+[[nodiscard]] Law make_law(const MaterialData& material);
+
+} // namespace ductile

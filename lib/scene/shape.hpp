@@ -1,0 +1,49 @@
+#pragma once
+#include <ductile/io/config_file.hpp>
+
+#include <array>
+#include <concepts>
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace ductile {
+
+/// A region of the plane, open: says whether a point (x, y) in metres belongs to it, and how a scene file writes it.
+class Shape {
+public:
+    /// Nothing.
+    Shape() = default;
+    /// Where a function says so; `toml` is empty for a shape that no file can hold.
+    template <std::predicate<double, double> Inside>
+    Shape(Inside inside, std::string toml = {}) : inside_(std::move(inside)), toml_(std::move(toml)) {} // NOLINT: implicit
+
+    [[nodiscard]] bool operator()(double x, double y) const { return inside_ && inside_(x, y); }
+    /// "{rectangle = [0, 0, 1, 2]}"
+    [[nodiscard]] const std::string& toml() const { return toml_; }
+
+private:
+    std::function<bool(double, double)> inside_;
+    std::string toml_;
+};
+
+[[nodiscard]] Shape rectangle(double left, double bottom, double right, double top);
+[[nodiscard]] Shape disk(double centre_x, double centre_y, double radius);
+/// What the sides from corner to corner, and from the last to the first, enclose an odd number of times.
+[[nodiscard]] Shape polygon(std::vector<std::array<double, 2>> corners);
+[[nodiscard]] Shape operator|(Shape first, Shape second); ///< union
+[[nodiscard]] Shape operator-(Shape first, Shape second); ///< what is in the first and not in the second
+
+/// The shape that a file writes as a table: {rectangle = [left, bottom, right, top]}, {disk = [x, y, radius]},
+/// {polygon = [[x, y], ...]}, {union = [shape, ...]} or {difference = [shape, ...]}, the first without the others. Throws
+/// InputError that says what is wrong and allowed.
+[[nodiscard]] Shape read_shape(const io::ConfigNode& table);
+
+/// Rows of numbers, each as long as one of `widths` says, e.g. [[0, 1], [2, 3]] for {2}. Throws InputError for anything else, and
+/// for numbers that are not finite.
+[[nodiscard]] std::vector<std::vector<double>> read_rows(const io::ConfigNode& array, const std::vector<std::size_t>& widths);
+/// So many numbers. Throws InputError for anything else.
+[[nodiscard]] std::vector<double> read_numbers(const io::ConfigNode& array, std::size_t count);
+
+} // namespace ductile
