@@ -12,7 +12,7 @@ struct FileStart {
     double correction = 0.0; ///< root mean square of the change, over that of the stress in the file; 0 without stress
 };
 
-/// Initial fields from a file, on the scene's grid or another one that covers the same domain: the first internal variable by its name
+/// Initial fields from a file, on the scene's grid or another one that covers the same domain: the first internal variable
 /// ("effective_temperature" [K], "plastic_strain"), and, if you like, the stress: "pressure", "s", "tau", "q" [Pa], all four.
 /// HDF5: datasets of rows [y][x] at the top, or in the last snapshot of a fields.h5; CSV: columns with a head, x and y of the
 /// cell centres [m] besides, row after row from below. Bilinear between cell centres, periodic in x, constant beyond the
