@@ -386,13 +386,6 @@ TEST_SUITE("equilibrium") {
             VectorField wrong(9, 9);
             CHECK(contains(message_of([&] { solver->solve(wrong, WallData::zero); }), "9 rows and 9 columns"));
         }
-        CHECK(solver_kind("fastest") == SolverKind::fastest);
-        CHECK(solver_kind("fourier") == SolverKind::fourier);
-        CHECK(solver_kind("cholesky") == SolverKind::cholesky);
-        CHECK(contains(message_of([] { (void)solver_kind("multigrid"); }), "fastest, fourier and cholesky"));
-        CHECK(stiffness_kind("exact") == Stiffness::exact);
-        CHECK(stiffness_kind("full") == Stiffness::full);
-        CHECK(contains(message_of([] { (void)stiffness_kind("lumped"); }), "exact and full"));
         const BoundaryConditions lone{.left = around, .right = fixed};
         CHECK(contains(message_of([&] { CholeskyEquilibrium({{8, 8}, metallic_glass, lone}); }), "left and right"));
         const BoundaryConditions half{.bottom = {Condition::periodic, Condition::traction}, .top = around};

@@ -138,10 +138,33 @@ inline std::unique_ptr<EquilibriumSolver> solver_for(const Scene& scene, Stiffne
                                    SolverKind::fastest);
 }
 
+/// A stepper with the one state that it leads on.
+class Stepping {
+public:
+    Stepping(std::unique_ptr<TimeStepper> stepper, State state) : stepper_(std::move(stepper)), state_(std::move(state)) {}
+
+    [[nodiscard]] const State& state() const { return state_; }
+    [[nodiscard]] double time_scale() { return stepper_->time_scale(state_); }
+    [[nodiscard]] double limit_step(double dt) { return stepper_->limit_step(state_, dt); }
+    StepAttempt attempt(double dt, double end, const Judge& judge) { return stepper_->attempt(state_, dt, end, judge); }
+    /// One step that is accepted whatever it was like.
+    StepAttempt advance(double dt, double end) {
+        return attempt(dt, end, [](const StepAttempt&) { return true; });
+    }
+    [[nodiscard]] StepperCounts counts() const { return stepper_->counts(); }
+    [[nodiscard]] auto steps_by_method() const { return stepper_->steps_by_method(state_); }
+
+private:
+    std::unique_ptr<TimeStepper> stepper_;
+    State state_;
+};
+
 /// With the pointwise tolerances of fixed steps, Sec. 8.1.
-inline ProjectionStepper stepper_for(const Scene& scene, Predictor predictor, const State& start, double factor = 1e-7,
-                                     Transport transport = Transport::frozen) {
-    return ProjectionStepper(scene, predictor, {PointwiseTolerance::Scale::step, factor}, solver_for(scene), start, transport);
+inline Stepping stepper_for(const Scene& scene, Predictor predictor, const State& start, double factor = 1e-7,
+                            Transport transport = Transport::frozen) {
+    return {std::make_unique<ProjectionStepper>(scene, predictor, PointwiseTolerance{PointwiseTolerance::Scale::step, factor},
+                                                solver_for(scene), transport),
+            start};
 }
 
 /// The pointwise tolerances of fixed steps, Sec. 8.1.
@@ -151,19 +174,12 @@ inline Rk21Options pointwise(double dt, double factor = 1e-7) {
             .exact_components = 1};
 }
 
-/// One step that is accepted whatever it was like.
-inline StepAttempt advance(TimeStepper& stepper, double dt, double end) {
-    const StepAttempt attempt = stepper.attempt(dt, end);
-    stepper.accept();
-    return attempt;
-}
-
 /// `steps` equal steps from `start` to `end`.
 inline State run(const Scene& scene, Predictor predictor, const State& start, double end, int steps) {
-    ProjectionStepper stepper = stepper_for(scene, predictor, start);
+    Stepping stepper = stepper_for(scene, predictor, start);
     const double dt = (end - start.time) / steps;
     for (int n = 1; n <= steps; ++n)
-        advance(stepper, dt, start.time + n * dt);
+        stepper.advance(dt, start.time + n * dt);
     return stepper.state();
 }
 

@@ -251,7 +251,7 @@ TEST_CASE("three internal variables at particles: sorted, advanced and started w
         b.state.particles.velocity_x[p] = 3.0 * b.state.particles.y[p];
     ExplicitStep step(b.scene, Form::momentum);
     for (int n = 0; n < 40; ++n)
-        step.advance(b.state, 0.002);
+        step.advance(b.state, 0.002, b.state.time + 0.002);
     double flowed = 0.0;
     for (std::size_t p = 0; p < b.state.particles.size(); ++p) {
         const auto& internal = b.state.particles.internal;

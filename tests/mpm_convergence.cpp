@@ -63,7 +63,7 @@ double error_of(ShapeFunction shape, int n, int& crossed) {
     const int steps = 8 * n;
     ExplicitStep step(scene, Form::momentum);
     for (int k = 0; k < steps; ++k)
-        step.advance(state, end / steps);
+        step.advance(state, end / steps, state.time + end / steps);
     double sum = 0.0;
     crossed = 0;
     for (std::size_t i = 0; i < p.size(); ++i) {
@@ -105,7 +105,7 @@ Vibration vibrate(ImplicitMethod method, int steps_a_period, int periods) {
     };
     const double before = energy();
     for (int k = 0; k < steps_a_period * periods; ++k)
-        REQUIRE(stepper->attempt(state, period / steps_a_period).accepted);
+        REQUIRE(stepper->attempt(state, period / steps_a_period, state.time + period / steps_a_period).accepted);
     return {*std::max_element(p.x.begin(), p.x.end()) - start, energy() / before};
 }
 

@@ -360,7 +360,7 @@ TEST_CASE("free translation leaves no stress and no change of velocity, wherever
                 const Particles before = b.state.particles;
                 ExplicitStep step(b.scene, form);
                 for (int n = 0; n < 50; ++n)
-                    step.advance(b.state, 0.001);
+                    step.advance(b.state, 0.001, b.state.time + 0.001);
                 const Particles& after = b.state.particles;
                 CHECK(largest_stress(after) <= 1e-10); // of E = 1000
                 for (std::size_t p = 0; p < after.size(); ++p) {
@@ -421,7 +421,7 @@ TEST_CASE("explicit steps keep linear momentum to round-off whatever happens ins
                 const auto before = momenta(b.state.particles);
                 ExplicitStep step(b.scene, form);
                 for (int n = 0; n < 100; ++n)
-                    step.advance(b.state, 0.0005);
+                    step.advance(b.state, 0.0005, b.state.time + 0.0005);
                 const auto after = momenta(b.state.particles);
                 CHECK(after[0] == doctest::Approx(before[0]).epsilon(1e-12));
                 CHECK(after[1] == doctest::Approx(before[1]).epsilon(1e-12));
@@ -445,7 +445,7 @@ TEST_CASE("the order of the particles in memory changes a step by no more than r
         for (Block* b : {&sorted, &shuffled}) {
             ExplicitStep step(b->scene, Form::velocity);
             for (int n = 0; n < 5; ++n)
-                step.advance(b->state, 0.002);
+                step.advance(b->state, 0.002, b->state.time + 0.002);
         }
         const Particles &a = sorted.state.particles, &b = shuffled.state.particles;
         std::vector<std::size_t> place(a.size());
@@ -476,7 +476,7 @@ TEST_CASE("two materials side by side keep their laws when particles are sorted"
         b.state.particles.velocity_x[p] = 3.0 * b.state.particles.x[p];
     ExplicitStep step(b.scene, Form::velocity);
     for (int n = 0; n < 10; ++n)
-        step.advance(b.state, 0.002);
+        step.advance(b.state, 0.002, b.state.time + 0.002);
     const Particles& after = b.state.particles;
     int flowed = 0;
     for (std::size_t p = 0; p < after.size(); ++p) {
@@ -740,7 +740,7 @@ TEST_CASE("elastic steps turn work into strain and kinetic energy") {
     double smallest_kinetic = before.kinetic;
     Energies there{};
     for (int n = 0; n < 400; ++n) {
-        step.advance(b.state, 1e-4);
+        step.advance(b.state, 1e-4, b.state.time + 1e-4);
         const Energies now = energies_of(b.scene, b.state.particles);
         if (now.kinetic < smallest_kinetic) {
             smallest_kinetic = now.kinetic;
@@ -757,13 +757,13 @@ TEST_CASE("a particle that leaves the grid and a node that runs away end the ste
     set_velocity(b.state.particles, 0.0, 9.0, 0.0);
     ExplicitStep step(b.scene, Form::velocity);
     const Particles before = b.state.particles;
-    CHECK(contains(message_of<RunError>([&] { step.advance(b.state, 0.02); }), "farther than a cell"));
+    CHECK(contains(message_of<RunError>([&] { step.advance(b.state, 0.02, b.state.time + 0.02); }), "farther than a cell"));
     CHECK(b.state.particles.y == before.y);
     std::string message = "nothing was thrown";
     Particles last;
     for (int n = 0; n < 100 && message == "nothing was thrown"; ++n) {
         last = b.state.particles;
-        message = message_of<RunError>([&] { step.advance(b.state, 0.01); });
+        message = message_of<RunError>([&] { step.advance(b.state, 0.01, b.state.time + 0.01); });
     }
     CHECK(contains(message, "would leave the background grid, which extends from ("));
     CHECK(b.state.particles.y == last.y);
@@ -831,7 +831,7 @@ TEST_CASE("explicit steps up to the limit are stable with every shape function, 
                     const double start = energy(), dt = fraction * stability_limit(scene, state.particles);
                     const auto stepper = make_explicit_stepper(scene, form);
                     for (int step = 0; step < 300 && energy() < 1e6 * start; ++step)
-                        REQUIRE(stepper->attempt(state, dt).accepted);
+                        REQUIRE(stepper->attempt(state, dt, state.time + dt).accepted);
                     return energy() / start;
                 };
                 CHECK(growth(Form::momentum, 0.98) < 10.0);

@@ -158,8 +158,8 @@ TEST_CASE("mu = 0 gives the explicit step") {
         const auto stepper = make_implicit_stepper(implicit_block.scene, options);
         ExplicitStep step(explicit_block.scene, form);
         for (int n = 0; n < 3; ++n) {
-            REQUIRE(stepper->attempt(implicit_block.state, 1e-4).accepted);
-            step.advance(explicit_block.state, 1e-4);
+            REQUIRE(stepper->attempt(implicit_block.state, 1e-4, implicit_block.state.time + 1e-4).accepted);
+            step.advance(explicit_block.state, 1e-4, explicit_block.state.time + 1e-4);
         }
         for (std::size_t p = 0; p < implicit_block.state.particles.size(); ++p)
             CHECK(implicit_block.state.particles.stress_xy[p] ==
@@ -171,7 +171,7 @@ TEST_CASE("all solvers, Jacobian products and preconditioners find the same step
     for (const Form form : {Form::velocity, Form::momentum}) {
         Block reference = press();
         REQUIRE(make_implicit_stepper(reference.scene, tight(SolverKind::newton_gmres, form))
-                    ->attempt(reference.state, 0.02)
+                    ->attempt(reference.state, 0.02, reference.state.time + 0.02)
                     .accepted);
         CHECK(*std::max_element(reference.state.particles.internal[0].begin(), reference.state.particles.internal[0].end()) >
               1e-5);
@@ -189,7 +189,7 @@ TEST_CASE("all solvers, Jacobian products and preconditioners find the same step
                     if (!b.scene.finite_rotation && form == Form::momentum)
                         continue;
                     const auto stepper = make_implicit_stepper(b.scene, tight(solver, form, product, preconditioner));
-                    const StepOutcome outcome = stepper->attempt(b.state, 0.02);
+                    const StepOutcome outcome = stepper->attempt(b.state, 0.02, b.state.time + 0.02);
                     CAPTURE(outcome.reason);
                     REQUIRE(outcome.accepted);
                     const double loose = b.scene.finite_rotation ? 1e-6 : 1e-2;
@@ -207,7 +207,7 @@ TEST_CASE("a linear scene takes one linear solve") {
     b.scene.finite_rotation = false;
     for (const SolverKind solver : {SolverKind::newton_cg, SolverKind::newton_gmres}) {
         const auto stepper = make_implicit_stepper(b.scene, tight(solver, Form::velocity));
-        REQUIRE(stepper->attempt(b.state, 0.01).accepted);
+        REQUIRE(stepper->attempt(b.state, 0.01, b.state.time + 0.01).accepted);
         CHECK(stepper->counts().newton_iterations == 0);
         CHECK(stepper->counts().linear_iterations > 5);
     }
@@ -224,7 +224,7 @@ TEST_CASE("implicit steps keep momentum to the tolerance of the solver, and a fr
         options.scheme = scheme;
         const auto stepper = make_implicit_stepper(b.scene, options);
         for (int n = 0; n < 5; ++n)
-            REQUIRE(stepper->attempt(b.state, 0.05).accepted);
+            REQUIRE(stepper->attempt(b.state, 0.05, b.state.time + 0.05).accepted);
         double px = 0.0, py = 0.0, mass = 0.0;
         for (std::size_t p = 0; p < b.state.particles.size(); ++p) {
             px += b.state.particles.mass[p] * b.state.particles.velocity_x[p];
@@ -251,11 +251,13 @@ TEST_CASE("a column of particles just inside a new cell: harmless to implicit st
             largest = std::max(largest, std::abs(s - 1.0));
         return largest;
     };
-    const auto explicit_step = [](Form form) { return [form](Block& b) { ExplicitStep(b.scene, form).advance(b.state, 1e-5); }; };
+    const auto explicit_step = [](Form form) {
+        return [form](Block& b) { ExplicitStep(b.scene, form).advance(b.state, 1e-5, b.state.time + 1e-5); };
+    };
     const auto implicit_step = [](Form form) {
         return [form](Block& b) {
-            const StepOutcome outcome =
-                make_implicit_stepper(b.scene, tight(SolverKind::newton_gmres, form))->attempt(b.state, 0.01);
+            const StepOutcome outcome = make_implicit_stepper(b.scene, tight(SolverKind::newton_gmres, form))
+                                            ->attempt(b.state, 0.01, b.state.time + 0.01);
             CAPTURE(outcome.reason);
             REQUIRE(outcome.accepted);
         };
@@ -276,7 +278,7 @@ TEST_CASE("a step that fails leaves the state as it was, and a shorter one succe
         options.newton.largest_newton_iterations = 1;
         const auto stepper = make_implicit_stepper(b.scene, options);
         const Block before = b;
-        const StepOutcome outcome = stepper->attempt(b.state, 0.05);
+        const StepOutcome outcome = stepper->attempt(b.state, 0.05, b.state.time + 0.05);
         CHECK_FALSE(outcome.accepted);
         CHECK(contains(outcome.reason, "more than 1 iterations"));
         CHECK(same(b.state.particles, before.state.particles));
@@ -286,10 +288,10 @@ TEST_CASE("a step that fails leaves the state as it was, and a shorter one succe
     SUBCASE("a folded grid") {
         const auto stepper = make_implicit_stepper(b.scene, options);
         const Block before = b;
-        const StepOutcome outcome = stepper->attempt(b.state, 0.5);
+        const StepOutcome outcome = stepper->attempt(b.state, 0.5, b.state.time + 0.5);
         CHECK_FALSE(outcome.accepted);
         CHECK(same(b.state.particles, before.state.particles));
-        CHECK(stepper->attempt(b.state, 0.005).accepted);
+        CHECK(stepper->attempt(b.state, 0.005, b.state.time + 0.005).accepted);
     }
 }
 
@@ -299,12 +301,12 @@ TEST_CASE("no particle travels farther than two cells in a step") {
         v = 1.0;
     const auto stepper = make_implicit_stepper(b.scene, {});
     const Particles before = b.state.particles;
-    const StepOutcome far = stepper->attempt(b.state, 0.21);
+    const StepOutcome far = stepper->attempt(b.state, 0.21, b.state.time + 0.21);
     CHECK_FALSE(far.accepted);
     CHECK(far.failure == StepFailure::far_particle);
     CHECK(contains(far.reason, "2.1 cells"));
     CHECK(same(b.state.particles, before));
-    CHECK(stepper->attempt(b.state, 0.19).accepted);
+    CHECK(stepper->attempt(b.state, 0.19, b.state.time + 0.19).accepted);
 }
 
 TEST_CASE("a linear scene scales with its load, by every solver, form and method") {
@@ -321,7 +323,7 @@ TEST_CASE("a linear scene scales with its load, by every solver, form and method
         const auto stepper = make_implicit_stepper(b.scene, options);
         std::vector<double> scaled;
         for (int n = 0; n < 3; ++n) {
-            const StepOutcome outcome = stepper->attempt(b.state, 0.005);
+            const StepOutcome outcome = stepper->attempt(b.state, 0.005, b.state.time + 0.005);
             CAPTURE(outcome.reason);
             REQUIRE(outcome.accepted);
         }
@@ -358,7 +360,7 @@ TEST_CASE("where no force acts no iteration is needed, and none follows from rou
             v = 0.1;
         const auto stepper = make_implicit_stepper(b.scene, {.scheme = scheme});
         for (int n = 0; n < 5; ++n)
-            REQUIRE(stepper->attempt(b.state, 0.001).accepted);
+            REQUIRE(stepper->attempt(b.state, 0.001, b.state.time + 0.001).accepted);
         CHECK(stepper->counts().linear_iterations == 0);
     }
 }
@@ -368,7 +370,7 @@ TEST_CASE("body forces of implicit steps are those at t + mu dt; quasi-static pa
         Block b = block(ShapeFunction::linear);
         b.scene.body_force = [](std::int64_t, double, double, double time) { return std::array{0.0, 6.0 * time}; };
         const auto stepper = make_implicit_stepper(b.scene, {.scheme = {.mu = mu}});
-        REQUIRE(stepper->attempt(b.state, 0.1).accepted);
+        REQUIRE(stepper->attempt(b.state, 0.1, b.state.time + 0.1).accepted);
         for (const double v : b.state.particles.velocity_y) // free flight: dt b(mu dt)
             CHECK(v == doctest::Approx(0.1 * 6.0 * mu * 0.1).epsilon(1e-6));
     }
@@ -380,7 +382,7 @@ TEST_CASE("body forces of implicit steps are those at t + mu dt; quasi-static pa
             std::fill(b.state.particles.velocity_y.begin(), b.state.particles.velocity_y.end(), 0.2);
             const Particles before = b.state.particles;
             const auto stepper = make_implicit_stepper(b.scene, {.scheme = {.method = method, .form = form}});
-            REQUIRE(stepper->attempt(b.state, 0.1).accepted);
+            REQUIRE(stepper->attempt(b.state, 0.1, b.state.time + 0.1).accepted);
             for (std::size_t p = 0; p < before.size(); ++p) {
                 const auto q = static_cast<std::size_t>(b.state.particles.id[p]);
                 CHECK(b.state.particles.velocity_y[p] == doctest::Approx(0.2 + 0.6).epsilon(1e-6));
@@ -392,7 +394,7 @@ TEST_CASE("body forces of implicit steps are those at t + mu dt; quasi-static pa
         b.state.particles.velocity_x[p] = p % 2 == 0 ? 0.3 : -0.3; // of no meaning without inertia
     const Particles before = b.state.particles;
     const auto stepper = make_implicit_stepper(b.scene, {.scheme = {.method = ImplicitMethod::quasi_static}});
-    REQUIRE(stepper->attempt(b.state, 0.01).accepted);
+    REQUIRE(stepper->attempt(b.state, 0.01, b.state.time + 0.01).accepted);
     for (std::size_t p = 0; p < before.size(); ++p) {
         const auto q = static_cast<std::size_t>(b.state.particles.id[p]);
         CHECK(b.state.particles.velocity_y[p] == doctest::Approx((b.state.particles.y[p] - before.y[q]) / 0.01).epsilon(1e-9));
@@ -416,7 +418,7 @@ TEST_CASE("the scale of the root mean square loosens the tolerance by the root o
         options.scale = scale;
         options.newton.tolerance = 1e-5 * factor;
         const auto stepper = make_implicit_stepper(b.scene, options);
-        REQUIRE(stepper->attempt(b.state, 0.02).accepted);
+        REQUIRE(stepper->attempt(b.state, 0.02, b.state.time + 0.02).accepted);
         return std::pair{stepper->counts().linear_iterations,
                          std::sqrt(static_cast<double>(stepper->discretisation().nodes().components()))};
     };

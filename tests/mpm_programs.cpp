@@ -48,6 +48,7 @@ struct Result {
     std::string history;
     std::map<std::string, std::vector<double>> vectors = {};
     std::map<std::string, std::int64_t> counters = {};
+    std::string shortened_by = {};
 
     bool operator==(const Result&) const = default;
 };
@@ -64,8 +65,9 @@ Result result_in(const fs::path& folder, const std::string& program) {
     result.vectors["id"].assign(id.begin(), id.end());
     for (const char* name :
          {"step", "newton_iterations", "linear_iterations", "residual_evaluations", "rejected_without_convergence",
-          "steps_cut_by_rigid_travel", "steps_ended_at_contact", "steps_with_many_newton_iterations", "shortened"})
+          "steps_cut_by_rigid_travel", "steps_ended_at_contact", "steps_with_many_newton_iterations"})
         result.counters[name] = checkpoint.counter(name);
+    result.shortened_by = checkpoint.text("shortened_by");
     result.vectors["planned_dt"] = {checkpoint.scalar("planned_dt")};
     const std::vector<std::int64_t> touching = checkpoint.integer_vector("touching");
     result.vectors["touching"].assign(touching.begin(), touching.end());

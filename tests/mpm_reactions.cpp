@@ -81,7 +81,7 @@ TEST_CASE("a block at rest weighs on its plate what it weighs, in every method, 
             Block rest = resting(shape, geometry);
             const auto press = make_implicit_stepper(rest.scene, tight({.method = ImplicitMethod::quasi_static}));
             for (int n = 0; n < 4; ++n)
-                REQUIRE(press->attempt(rest.state, 1.0).accepted);
+                REQUIRE(press->attempt(rest.state, 1.0, rest.state.time + 1.0).accepted);
             for (double* v : {rest.state.particles.velocity_x.data(), rest.state.particles.velocity_y.data()})
                 std::fill_n(v, rest.state.particles.size(), 0.0);
             // 3200 N/m in the plane; of one radian, half the square of the radius in axisymmetry
@@ -90,7 +90,7 @@ TEST_CASE("a block at rest weighs on its plate what it weighs, in every method, 
                 CAPTURE(way.name);
                 Block b = rest;
                 const auto stepper = way.make(b.scene);
-                REQUIRE(stepper->attempt(b.state, 1e-6).accepted);
+                REQUIRE(stepper->attempt(b.state, 1e-6, b.state.time + 1e-6).accepted);
                 const auto force = contact_force(stepper->discretisation().nodes(), stepper->force(), 0);
                 CHECK(force[1] == doctest::Approx(-weight).epsilon(1e-3));
                 if (geometry != Geometry::axisymmetric)
@@ -123,7 +123,7 @@ TEST_CASE("the momentum of all particles changes by body force and reactions, wh
                     const std::array<double, 2> before = momentum(b.state.particles);
                     const Particles start = b.state.particles;
                     const double time = b.state.time;
-                    REQUIRE(stepper->attempt(b.state, dt).accepted);
+                    REQUIRE(stepper->attempt(b.state, dt, b.state.time + dt).accepted);
                     const std::array<double, 2> after = momentum(b.state.particles);
                     const double at = std::string_view(way.name).starts_with("explicit")   ? time
                                       : std::string_view(way.name).starts_with("midpoint") ? time + 0.5 * dt
@@ -169,7 +169,7 @@ TEST_CASE("rigid bodies that share nodes each get what they prescribe, in any or
             stress_randomly(b.scene, b.state.particles, 5.0);
             b.state.rigid_bodies = bodies;
             const auto stepper = make_explicit_stepper(b.scene, Form::momentum);
-            REQUIRE(stepper->attempt(b.state, 1e-5).accepted);
+            REQUIRE(stepper->attempt(b.state, 1e-5, b.state.time + 1e-5).accepted);
             const ActiveNodes& nodes = stepper->discretisation().nodes();
             std::vector<std::array<double, 2>> all;
             for (std::size_t k = 0; k < bodies.size(); ++k)
@@ -207,7 +207,7 @@ TEST_CASE("bodies and sides that prescribe different velocities to a node end th
             y -= 0.2;
         b.state.rigid_bodies = bodies;
         const auto stepper = make_explicit_stepper(b.scene, Form::momentum);
-        return message_of<RunError>([&] { (void)stepper->attempt(b.state, 1e-5); });
+        return message_of<RunError>([&] { (void)stepper->attempt(b.state, 1e-5, b.state.time + 1e-5); });
     };
     const RigidBody upper{.name = "upper", .velocity = Velocity{0.0, -1.0}, .x = {0.25}, .y = {0.35}};
     const RigidBody lower{.name = "lower", .velocity = Velocity{0.0, 1.0}, .x = {0.25}, .y = {0.25}};

@@ -39,7 +39,7 @@ Particles after_steps(ShapeFunction shape, const std::function<std::unique_ptr<T
     Block b = large_block(shape);
     const auto stepper = make(b.scene);
     for (int n = 0; n < 3; ++n)
-        REQUIRE(stepper->attempt(b.state, dt).accepted);
+        REQUIRE(stepper->attempt(b.state, dt, b.state.time + dt).accepted);
     return b.state.particles;
 }
 

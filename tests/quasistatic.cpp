@@ -234,13 +234,13 @@ TEST_SUITE("quasistatic") {
         const double end_time = 4.0 * T; // integral: T - 1.5 T + 0 + T/2
         CHECK(std::abs(scene.walls.displacement(end_time).u) < 1e-15);
         for (const Predictor predictor : predictors) {
-            ProjectionStepper stepper = fields::stepper_for(scene, predictor, at_rest(scene, rough), 1e-9);
+            fields::Stepping stepper = fields::stepper_for(scene, predictor, at_rest(scene, rough), 1e-9);
             StepControl control(grid, FixedSteps{1234.5});
             double largest = 0.0;
             while (stepper.state().time < end_time) {
                 const double time = stepper.state().time;
                 const auto next = control.next(time, std::min(end_time, scene.walls.next_knot(time)));
-                fields::advance(stepper, next.dt, next.end);
+                stepper.advance(next.dt, next.end);
                 const double tau = stepper.state().cells.stress.tau(3, 3);
                 CHECK(tau == doctest::Approx(mu * scene.walls.displacement(next.end).u).epsilon(1e-10));
                 largest = std::max(largest, tau);
@@ -320,9 +320,9 @@ TEST_SUITE("quasistatic") {
         Scene scene = fields::scene_on(grid, Model::reduced, {}, elastic());
         scene.walls = WallHistory({{0.0, {0.0, 0.0}}, {10.0, {1e-3, 0.0}}, {10.0, {-2e-3, 5e-4}}, {25.0, {3e-3, 0.0}}});
         for (const Predictor predictor : predictors) {
-            ProjectionStepper stepper = fields::stepper_for(scene, predictor, at_rest(scene, 0.0));
+            fields::Stepping stepper = fields::stepper_for(scene, predictor, at_rest(scene, 0.0));
             for (int n = 1; n <= 9; ++n) { // steps do not land on the knots
-                fields::advance(stepper, 3.5, 3.5 * n);
+                stepper.advance(3.5, 3.5 * n);
                 const double gamma = scene.walls.displacement(3.5 * n).u, strain = scene.walls.displacement(3.5 * n).v;
                 fields::check_uniform(stepper.state().cells.stress.tau, mu * gamma, 1e-13);
                 fields::check_uniform(stepper.state().cells.stress.p, -K * strain, 1e-13);
@@ -440,11 +440,11 @@ TEST_SUITE("quasistatic") {
         for (const Model model : models)
             for (const Predictor predictor : predictors) {
                 const Scene scene = fields::scene_on(grid, model, {U, 0.0});
-                ProjectionStepper stepper = fields::stepper_for(scene, predictor, at_rest(scene, rough), 1e-9);
+                fields::Stepping stepper = fields::stepper_for(scene, predictor, at_rest(scene, rough), 1e-9);
                 double largest_measure = 0.0;
                 VectorField force(grid);
                 for (int n = 1; n <= 60; ++n) {
-                    const StepAttempt report = fields::advance(stepper, 2500.0, 2500.0 * n);
+                    const StepAttempt report = stepper.advance(2500.0, 2500.0 * n);
                     CHECK(equilibrium_residual(scene, stepper.state().cells, force) < 1e-12);
                     largest_measure = std::max(largest_measure, report.measure);
                 }
@@ -515,17 +515,17 @@ TEST_SUITE("quasistatic") {
         for (const Model model : models)
             for (const Predictor predictor : predictors) {
                 const Scene scene = fields::scene_on(grid, model, {U, 0.0});
-                ProjectionStepper whole = fields::stepper_for(scene, predictor, at_rest(scene, rough), 1e-9);
+                fields::Stepping whole = fields::stepper_for(scene, predictor, at_rest(scene, rough), 1e-9);
                 State copy;
                 for (int n = 1; n <= 30; ++n) {
-                    fields::advance(whole, 5000.0, 5000.0 * n);
+                    whole.advance(5000.0, 5000.0 * n);
                     if (n == 12)
                         copy = whole.state();
                 }
                 for (const int stop : {21, 30}) { // and a second time, from the first copy's copy
-                    ProjectionStepper rest = fields::stepper_for(scene, predictor, copy, 1e-9);
+                    fields::Stepping rest = fields::stepper_for(scene, predictor, copy, 1e-9);
                     for (int n = static_cast<int>(copy.step) + 1; n <= stop; ++n)
-                        fields::advance(rest, 5000.0, 5000.0 * n);
+                        rest.advance(5000.0, 5000.0 * n);
                     copy = rest.state();
                 }
                 CHECK(fields::same_bits(copy, whole.state()));
@@ -572,13 +572,13 @@ TEST_SUITE("quasistatic") {
         const Scene scene = fields::scene_on(grid, Model::full, {U, 0.0});
         const State start = fields::run(scene, Predictor::incremental, at_rest(scene, paper_pattern), 12e4, 240);
         const auto end_of = [&](Transport transport, int steps, const std::vector<int>& pattern) {
-            ProjectionStepper stepper = fields::stepper_for(scene, Predictor::incremental, start, 1e-7, transport);
+            fields::Stepping stepper = fields::stepper_for(scene, Predictor::incremental, start, 1e-7, transport);
             double sum = 0.0, time = start.time;
             for (int n = 0; n < steps; ++n)
                 sum += pattern[static_cast<std::size_t>(n) % pattern.size()];
             for (int n = 0; n < steps; ++n) {
                 const double dt = 3e4 * pattern[static_cast<std::size_t>(n) % pattern.size()] / sum;
-                fields::advance(stepper, dt, time + dt);
+                stepper.advance(dt, time + dt);
                 time += dt;
             }
             return stepper.state();
@@ -645,8 +645,8 @@ TEST_SUITE("quasistatic") {
         start.cells.stress.tau(3, 3) = std::numeric_limits<double>::quiet_NaN();
         fields::wrap(start.cells.stress.tau);
         for (const Predictor predictor : predictors) {
-            ProjectionStepper stepper = fields::stepper_for(scene, predictor, start);
-            const std::string message = message_of<RunError>([&] { fields::advance(stepper, 10.0, 10.0); });
+            fields::Stepping stepper = fields::stepper_for(scene, predictor, start);
+            const std::string message = message_of<RunError>([&] { stepper.advance(10.0, 10.0); });
             CHECK(contains(message, "step 1"));
             CHECK(contains(message, "--dt"));
         }

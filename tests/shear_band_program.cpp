@@ -4,7 +4,7 @@
 
 #include <ductile/io/checkpoint.hpp>
 #include <ductile/io/hdf5.hpp>
-#include <ductile/quasistatic/run.hpp>
+#include <ductile/quasistatic/checkpoint.hpp>
 
 #include <doctest/doctest.h>
 #include <nlohmann/json.hpp>

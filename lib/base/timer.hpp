@@ -1,7 +1,13 @@
 #pragma once
 #include <chrono>
+#include <string>
+#include <utility>
+#include <vector>
 
 namespace ductile {
+
+/// Wall seconds by phase, in the order of printing.
+using PhaseSeconds = std::vector<std::pair<std::string, double>>;
 
 /// Wall-clock seconds since construction or the last lap.
 class Timer {

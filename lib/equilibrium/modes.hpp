@@ -8,17 +8,17 @@
 namespace ductile {
 
 /// Fourier coefficients of one row of nodes: u and i v of the modes 0 .. M/2, split into real and imaginary parts.
-/// Each pointer is 64-byte aligned and leads to ModeSystems::padded_modes() values.
+/// Each pointer leads to ModeSystems::padded_modes() values and is aligned as base/aligned.hpp says.
 struct SpectralRow {
     double *u_re, *u_im, *v_re, *v_im;
 };
 
-/// Inverses of eight symmetric pivots, over 2 M.
+/// Inverses of the symmetric pivots of row_unit modes, over 2 M.
 struct alignas(alignment) ModePivots {
     double uu[row_unit], uv[row_unit], vv[row_unit];
 };
 
-/// The matrix U of eight modes, times 2 M. Zero beyond the last mode.
+/// The matrix U of row_unit modes, times 2 M. Zero beyond the last mode.
 struct alignas(alignment) ModeCouplings {
     double a[row_unit], d[row_unit], e[row_unit];
 };

@@ -47,9 +47,4 @@ struct EquilibriumProblem {
 /// Throws InputError for an impossible grid or elasticity.
 [[nodiscard]] std::unique_ptr<EquilibriumSolver> make_equilibrium_solver(const EquilibriumProblem& problem, SolverKind kind);
 
-/// The kind of a name as users write it: fastest, fourier, cholesky. Throws InputError for any other.
-[[nodiscard]] SolverKind solver_kind(std::string_view name);
-/// exact, full. Throws InputError for any other.
-[[nodiscard]] Stiffness stiffness_kind(std::string_view name);
-
 } // namespace ductile

@@ -14,7 +14,7 @@ namespace ductile::io {
 namespace {
 
 /// Version of the file's own layout.
-constexpr std::string_view layout = "ductile checkpoint 2";
+constexpr std::string_view layout = "ductile checkpoint 3";
 
 Hdf5File open_sealed(const std::filesystem::path& path) {
     require_file(path);
@@ -41,6 +41,9 @@ void write_checkpoint(const std::filesystem::path& path, const Checkpoint& check
     file.create_group("counters");
     for (const auto& [name, value] : checkpoint.counters)
         file.set_attribute("counters", name, value);
+    file.create_group("texts");
+    for (const auto& [name, value] : checkpoint.texts)
+        file.set_attribute("texts", name, value);
     for (const auto& [name, view] : checkpoint.arrays)
         file.write(in_group("arrays", name), view);
     for (const auto& [name, values] : checkpoint.vectors)
@@ -97,6 +100,8 @@ std::string CheckpointReader::config() const { return file_.read_text("config");
 double CheckpointReader::scalar(const std::string& name) const { return file_.double_attribute("scalars", name); }
 
 std::int64_t CheckpointReader::counter(const std::string& name) const { return file_.integer_attribute("counters", name); }
+
+std::string CheckpointReader::text(const std::string& name) const { return file_.text_attribute("texts", name); }
 
 void CheckpointReader::read_array(const std::string& name, const MutableArrayView& values) const {
     const std::string object = in_group("arrays", name);

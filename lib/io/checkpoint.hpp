@@ -27,6 +27,7 @@ struct Checkpoint {
     std::string config = {}; ///< TOML text of all options, from Program::config_text()
     std::map<std::string, double> scalars = {};
     std::map<std::string, std::int64_t> counters = {};
+    std::map<std::string, std::string> texts = {};
     std::vector<std::pair<std::string, ArrayView>> arrays = {};
     std::vector<std::pair<std::string, std::span<const double>>> vectors = {};
     std::vector<std::pair<std::string, std::span<const std::int64_t>>> integer_vectors = {};
@@ -54,6 +55,7 @@ public:
     [[nodiscard]] std::string config() const;
     [[nodiscard]] double scalar(const std::string& name) const;
     [[nodiscard]] std::int64_t counter(const std::string& name) const;
+    [[nodiscard]] std::string text(const std::string& name) const;
     /// Fills the view, whose shape must be that of the stored array.
     void read_array(const std::string& name, const MutableArrayView& values) const;
     [[nodiscard]] std::vector<double> vector(const std::string& name) const;

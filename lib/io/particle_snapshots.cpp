@@ -39,11 +39,9 @@ std::string xdmf(const std::string& hdf5_file, std::span<const StoredSnapshot> s
 
 ParticleSnapshotWriter::ParticleSnapshotWriter(std::filesystem::path fields, const std::string& program,
                                                const std::optional<EarlierSnapshots>& earlier, const SnapshotConstants& constants)
-    : file_(std::make_unique<SnapshotFile>(
+    : Snapshots(std::make_unique<SnapshotFile>(
           std::move(fields), program, constants, earlier,
           SnapshotFile::Kind{.format = "ductile particles 1", .grid = {}, .write_head = {}, .xdmf = xdmf})) {}
-
-ParticleSnapshotWriter::~ParticleSnapshotWriter() { file_->finish_quietly(); }
 
 void ParticleSnapshotWriter::write(double time_s, std::int64_t step, std::span<const double> x, std::span<const double> y,
                                    std::span<const ParticleField> fields) {
@@ -55,23 +53,12 @@ void ParticleSnapshotWriter::write(double time_s, std::int64_t step, std::span<c
     std::vector<SnapshotDataset> datasets{{.name = "position", .units = "m", .shape = {x.size(), 2}}};
     for (const ParticleField& field : fields)
         datasets.push_back({.name = field.name, .units = field.units, .shape = {field.values.size()}});
-    file_->add(time_s, step, std::move(datasets), [&](Hdf5File& file, const std::string& path, std::size_t d) {
+    file().add(time_s, step, std::move(datasets), [&](Hdf5File& file, const std::string& path, std::size_t d) {
         if (d == 0)
             file.write(path, ArrayView{position.data(), static_cast<int>(x.size()), 2, 2});
         else
             file.write(path, fields[d - 1].values);
     });
 }
-
-void ParticleSnapshotWriter::finish() { file_->finish(); }
-
-std::vector<double> ParticleSnapshotWriter::times() const {
-    std::vector<double> times;
-    for (const StoredSnapshot& snapshot : file_->snapshots())
-        times.push_back(snapshot.time_s);
-    return times;
-}
-
-const std::string& ParticleSnapshotWriter::warning() const { return file_->warning(); }
 
 } // namespace ductile::io

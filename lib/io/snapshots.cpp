@@ -63,19 +63,31 @@ bool lacks(const std::vector<double>& present, const std::vector<double>& wanted
     return asked && (present.empty() || (present.back() < time_s && !is_now(present.back())));
 }
 
+Snapshots::Snapshots(std::unique_ptr<SnapshotFile> file) : file_(std::move(file)) {}
+
+Snapshots::~Snapshots() { file_->finish_quietly(); }
+
+void Snapshots::finish() { file_->finish(); }
+
+std::vector<double> Snapshots::times() const {
+    std::vector<double> times;
+    for (const StoredSnapshot& snapshot : file_->snapshots())
+        times.push_back(snapshot.time_s);
+    return times;
+}
+
+const std::string& Snapshots::warning() const { return file_->warning(); }
+
 SnapshotWriter::SnapshotWriter(std::filesystem::path fields, const std::string& program, const SnapshotGrid& grid,
                                const std::optional<EarlierSnapshots>& earlier, const SnapshotConstants& constants)
-    : grid_(grid),
-      file_(std::make_unique<SnapshotFile>(
+    : Snapshots(std::make_unique<SnapshotFile>(
           std::move(fields), program, constants, earlier,
           SnapshotFile::Kind{.format = "ductile fields 1",
                              .grid = words(grid),
                              .write_head = [grid](Hdf5File& file) { write_head(file, grid); },
                              .xdmf = [grid](const std::string& hdf5_file,
-                                            std::span<const StoredSnapshot> stored) { return xdmf(hdf5_file, grid, stored); }})) {
-}
-
-SnapshotWriter::~SnapshotWriter() { file_->finish_quietly(); }
+                                            std::span<const StoredSnapshot> stored) { return xdmf(hdf5_file, grid, stored); }})),
+      grid_(grid) {}
 
 void SnapshotWriter::write(double time_s, std::int64_t step, std::span<const SnapshotField> fields) {
     std::vector<SnapshotDataset> datasets;
@@ -88,21 +100,10 @@ void SnapshotWriter::write(double time_s, std::int64_t step, std::span<const Sna
                             .centring = field.centring == Centring::cell ? "cell" : "corner",
                             .shape = {rows, columns}});
     }
-    file_->add(time_s, step, std::move(datasets), [&](Hdf5File& file, const std::string& path, std::size_t d) {
+    file().add(time_s, step, std::move(datasets), [&](Hdf5File& file, const std::string& path, std::size_t d) {
         const SnapshotField& field = fields[d];
         file.write(path, field.values, {field.scale, field.offset, needs_periodic_column(field, grid_)});
     });
 }
-
-void SnapshotWriter::finish() { file_->finish(); }
-
-std::vector<double> SnapshotWriter::times() const {
-    std::vector<double> times;
-    for (const StoredSnapshot& snapshot : file_->snapshots())
-        times.push_back(snapshot.time_s);
-    return times;
-}
-
-const std::string& SnapshotWriter::warning() const { return file_->warning(); }
 
 } // namespace ductile::io

@@ -53,34 +53,44 @@ struct EarlierSnapshots {
 
 class SnapshotFile;
 
-/// Writes `fields.h5` ("ductile fields 1") and, for ParaView, `fields.xdmf` beside it.
+/// The snapshots of a run, `fields.h5` and, for ParaView, `fields.xdmf` beside it, but for what a snapshot consists of.
 ///
 /// While running the file is `fields.h5.partial`; it is complete and closed between two snapshots, so that others may read it
 /// and a killed run leaves it behind. finish() (or the destructor) gives it its final name.
-class SnapshotWriter {
+class Snapshots {
 public:
-    /// Throws RunError when the file cannot be made, InputError when the earlier snapshots are damaged or on another grid.
-    SnapshotWriter(std::filesystem::path fields, const std::string& program, const SnapshotGrid& grid,
-                   const std::optional<EarlierSnapshots>& earlier = {}, const SnapshotConstants& constants = {});
-    ~SnapshotWriter();
-    SnapshotWriter(const SnapshotWriter&) = delete;
-    SnapshotWriter& operator=(const SnapshotWriter&) = delete;
-
-    /// Adds a snapshot. Space is reserved first: a full disk is a RunError that says how much is missing, and the
-    /// snapshots before stay intact.
-    void write(double time_s, std::int64_t step, std::span<const SnapshotField> fields);
+    ~Snapshots();
+    Snapshots(const Snapshots&) = delete;
+    Snapshots& operator=(const Snapshots&) = delete;
 
     /// Renames to the final name and points the XDMF file there. Harmless when repeated.
     void finish();
-
     /// Times of the snapshots in the file, earlier ones included [s].
     [[nodiscard]] std::vector<double> times() const;
     /// What a person must know about the earlier snapshots; empty if nothing.
     [[nodiscard]] const std::string& warning() const;
 
+protected:
+    explicit Snapshots(std::unique_ptr<SnapshotFile> file);
+    [[nodiscard]] SnapshotFile& file() { return *file_; }
+
+private:
+    std::unique_ptr<SnapshotFile> file_;
+};
+
+/// Snapshots of fields on a grid: "ductile fields 1".
+class SnapshotWriter final : public Snapshots {
+public:
+    /// Throws RunError when the file cannot be made, InputError when the earlier snapshots are damaged or on another grid.
+    SnapshotWriter(std::filesystem::path fields, const std::string& program, const SnapshotGrid& grid,
+                   const std::optional<EarlierSnapshots>& earlier = {}, const SnapshotConstants& constants = {});
+
+    /// Adds a snapshot. Space is reserved first: a full disk is a RunError that says how much is missing, and the
+    /// snapshots before stay intact.
+    void write(double time_s, std::int64_t step, std::span<const SnapshotField> fields);
+
 private:
     SnapshotGrid grid_;
-    std::unique_ptr<SnapshotFile> file_;
 };
 
 } // namespace ductile::io

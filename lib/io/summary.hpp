@@ -1,10 +1,11 @@
 #pragma once
+#include <ductile/base/timer.hpp>
+
 #include <nlohmann/json.hpp>
 
 #include <cstdint>
 #include <filesystem>
 #include <string>
-#include <utility>
 #include <vector>
 
 namespace ductile::io {
@@ -30,7 +31,7 @@ struct RunSummary {
     std::int64_t jacobian_products = 0;
     double wall_seconds = 0.0;
     double processor_seconds = 0.0;                                 ///< of all threads, from the start of the process
-    std::vector<std::pair<std::string, double>> phase_seconds = {}; ///< in the order of printing
+    PhaseSeconds phase_seconds = {};
     std::int64_t peak_memory_bytes = 0;
     nlohmann::ordered_json extra = nlohmann::ordered_json::object(); ///< what only this scene knows; keys carry units
     std::string drawing = {}; ///< what the terminal shows below the summary: a curve; not in summary.json

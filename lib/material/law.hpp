@@ -78,6 +78,7 @@ public:
 
     // --- steps of `count` points with internal variables internal[0][i], internal[1][i], ... for i < count
 
+    /// `stress` may be `trial`, and `internal_end` `internal`.
     virtual void correct(std::size_t count, const SymmetricTensor* trial, ConstArrays internal, double dt,
                          SymmetricTensor* stress, Arrays internal_end) const = 0;
     /// The derivative of the corrected stress with respect to the strain increment.

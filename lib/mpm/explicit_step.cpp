@@ -10,7 +10,7 @@ namespace ductile::mpm {
 ExplicitStep::ExplicitStep(const Scene& scene, Form form)
     : scene_(scene), form_(form), discretisation_(make_discretisation(scene)) {}
 
-void ExplicitStep::advance(State& state, double dt) {
+void ExplicitStep::advance(State& state, double dt, double end) {
     Discretisation& d = *discretisation_;
     d.prepare(state.particles, state.rigid_bodies, state.time, dt);
     const ActiveNodes& nodes = d.nodes();
@@ -41,7 +41,7 @@ void ExplicitStep::advance(State& state, double dt) {
     check_forecast(state, motion);
     d.advance(state.particles, motion);
     move_rigid_bodies(state, dt);
-    state.time += dt;
+    state.time = end;
     ++state.step;
 }
 

@@ -9,9 +9,9 @@ class ExplicitStepper final : public TimeStepper {
 public:
     ExplicitStepper(const Scene& scene, Form form) : step_(scene, form) {}
 
-    StepOutcome attempt(State& state, double dt) override {
+    StepOutcome attempt(State& state, double dt, double end) override {
         Timer timer;
-        step_.advance(state, dt);
+        step_.advance(state, dt, end);
         seconds_ += timer.seconds();
         return {.accepted = true};
     }

@@ -54,7 +54,7 @@ public:
                 "form");
     }
 
-    StepOutcome attempt(State& state, double dt) override {
+    StepOutcome attempt(State& state, double dt, double end) override {
         Timer timer;
         balance_.prepare(state, dt);
         preconditioner_.begin_step();
@@ -93,7 +93,7 @@ public:
         }
         balance_.discretisation().advance(state.particles, motion);
         move_rigid_bodies(state, dt);
-        state.time += dt;
+        state.time = end;
         ++state.step;
         outcome.accepted = true;
         seconds_[2] += timer.lap();

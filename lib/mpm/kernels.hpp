@@ -65,10 +65,11 @@ public:
                     internal_end[k] = unused[k];
                 correct(law, particles, first, count, dt, b, internal_end);
                 for (std::size_t i = 0; i < count; ++i) {
+                    const Weights n = at(first + i);
                     const SymmetricTensor stress = volume_[first + i] * b.stress[i];
-                    subtract_force(sum, b.n[i], stress);
+                    subtract_force(sum, n, stress);
                     if (!magnitudes.empty())
-                        add_magnitude(magnitude, b.n[i], stress);
+                        add_magnitude(magnitude, n, stress);
                 }
             });
             scatter(run, sum, force);
@@ -113,7 +114,7 @@ public:
                 Batch b;
                 strain<rotate>(law, particles, first, count, v, dt, b);
                 Tangent tangent[batch];
-                law->tangent(count, b.trial, internal_of(particles, first).row, dt, tangent);
+                law->tangent(count, b.stress, internal_of(particles, first).row, dt, tangent);
                 for (std::size_t i = 0; i < count; ++i) {
                     PointTangent t = differentiate_point<geometry, rotate>(tangent[i], b.start[i],
                                                                            law->elasticity().shear_modulus, b.l[i], dt);
@@ -224,7 +225,8 @@ public:
                     particles.stress_zz[p] = b.stress[i].zz;
                     particles.stress_xy[p] = b.stress[i].xy;
 
-                    const Vector v = value_of(moved, b.n[i]), dv = value_of(change, b.n[i]);
+                    const Weights n = at(p);
+                    const Vector v = value_of(moved, n), dv = value_of(change, n);
                     particles.x[p] += m.dt * v.x;
                     particles.y[p] += m.dt * v.y;
                     particles.velocity_x[p] = m.replace_velocity ? v.x : particles.velocity_x[p] + dv.x;
@@ -259,12 +261,11 @@ private:
         [[nodiscard]] double value(int k) const { return x.w[k % support] * y.w[k / support]; }
     };
 
-    static constexpr std::size_t batch = 16;
-    /// Particles in a step, with Jaumann's turn of their old stress in `start`.
+    static constexpr std::size_t batch = 8;
+    /// Particles in a step, with Jaumann's turn of their old stress in `start`; `stress` is the trial one until it is corrected.
     struct Batch {
-        Weights n[batch];
         VelocityGradient l[batch];
-        SymmetricTensor start[batch], strain[batch], trial[batch], stress[batch];
+        SymmetricTensor start[batch], strain[batch], stress[batch];
     };
 
     static std::size_t begin(const Run& run) { return static_cast<std::size_t>(run.begin); }
@@ -304,11 +305,10 @@ private:
 
     /// The trial stress (2.2.21) of `count` particles in a step of dt seconds with the velocity v at the nodes.
     template <bool rotate>
-    void strain(const Law& law, const Particles& particles, std::size_t first, std::size_t count, const Local& v, double dt,
-                Batch& b) const {
+    [[gnu::DUCTILE_ALWAYS_INLINE]] void strain(const Law& law, const Particles& particles, std::size_t first, std::size_t count,
+                                               const Local& v, double dt, Batch& b) const {
         for (std::size_t i = 0; i < count; ++i) {
-            b.n[i] = at(first + i);
-            b.l[i] = gradient(v, b.n[i]);
+            b.l[i] = gradient(v, at(first + i));
             const SymmetricTensor old = stress_of(particles, first + i);
             b.start[i] = rotate ? turned(old, spin(b.l[i], dt)) : old;
             b.strain[i] = strain_increment<geometry>(b.l[i], dt);
@@ -316,15 +316,13 @@ private:
         if constexpr (geometry == Geometry::plane_stress)
             law->release_thickness(count, b.start, internal_of(particles, first).row, dt, b.strain);
         for (std::size_t i = 0; i < count; ++i)
-            b.trial[i] = b.start[i] + elastic_stress(law->elasticity(), b.strain[i]);
+            b.stress[i] = b.start[i] + elastic_stress(law->elasticity(), b.strain[i]);
     }
 
-    static void correct(const Law& law, const Particles& particles, std::size_t first, std::size_t count, double dt, Batch& b,
-                        Arrays internal_end) {
-        if (law->linear())
-            std::copy_n(b.trial, count, b.stress);
-        else
-            law->correct(count, b.trial, internal_of(particles, first).row, dt, b.stress, internal_end);
+    [[gnu::DUCTILE_ALWAYS_INLINE]] static void correct(const Law& law, const Particles& particles, std::size_t first,
+                                                       std::size_t count, double dt, Batch& b, Arrays internal_end) {
+        if (!law->linear())
+            law->correct(count, b.stress, internal_of(particles, first).row, dt, b.stress, internal_end);
     }
 
     [[gnu::DUCTILE_ALWAYS_INLINE]] Weights at(std::size_t p) const {

@@ -1,5 +1,6 @@
 #include <ductile/base/error.hpp>
 #include <ductile/io/output_times.hpp>
+#include <ductile/mpm/checkpoint.hpp>
 #include <ductile/mpm/options.hpp>
 #include <ductile/mpm/shape_functions.hpp>
 
@@ -255,16 +256,14 @@ StepControl make_step_control(const Options& o, const Scene& scene, const State&
                         .many_newton_iterations = o.many_newton});
 }
 
-RunOptions make_run_options(const Options& o, const State& start) {
+run::Outputs make_outputs(const Options& o, const State& start) {
     if (!(o.duration >= start.time))
         throw InputError(
             fmt::format("--duration {}: the checkpoint is at t = {:.6g} s already: a longer --duration goes on from there",
                         o.duration, start.time));
-    const bool long_steps = o.method != Method::explicit_steps;
     return {.duration_s = o.duration,
             .snapshots_s = io::snapshot_times(o.snapshots, o.snapshots_every, o.duration),
-            .history_every = o.history_every,
-            .monitor = {.every = long_steps ? 1 : 32, .inertia = o.method != Method::quasi_static}};
+            .history_every = o.history_every};
 }
 
 std::string describe(const Options& o, const Scene& scene, const State& start, const StepControl& control,
@@ -297,7 +296,9 @@ int run_program(const io::Program& program, const Options& options, const Proble
     State state = checkpoint ? read_state(*checkpoint, problem.start) : problem.start;
     StepControl control = make_step_control(options, problem.scene, problem.start);
     const auto stepper = make_time_stepper(options, problem.scene, problem.start);
-    const RunOptions run_options = make_run_options(options, state);
+    const run::Outputs outputs = make_outputs(options, state);
+    const Monitor::Options monitor{.every = options.method == Method::explicit_steps ? 32 : 1,
+                                   .inertia = options.method != Method::quasi_static};
     const std::vector<std::string> known = step_warnings(options, problem.scene, state, control.options().target);
     program.say(describe(options, problem.scene, state, control, *stepper));
     std::vector<std::string> warnings = known;
@@ -311,8 +312,8 @@ int run_program(const io::Program& program, const Options& options, const Proble
             warnings.push_back(doubt);
     }
     const auto body = [&](const io::OutputFolder& folder, io::RunSummary& summary) {
-        const io::RunStatus status =
-            run(problem, state, *stepper, control, run_options, program, folder, checkpoint ? &*checkpoint : nullptr, summary);
+        const io::RunStatus status = run(problem, state, *stepper, control, outputs, monitor,
+                                         {program, folder, checkpoint ? &*checkpoint : nullptr}, summary);
         if (known.empty()) // what has been pressed together, and so become denser in cells, may have outgrown the limit since
             for (const std::string& warning : step_warnings(options, problem.scene, state, control.options().target))
                 summary.warnings.push_back("at the end of the run " + warning);

@@ -75,7 +75,7 @@ void declare(io::Program& program, Options& options);
 [[nodiscard]] std::unique_ptr<TimeStepper> make_time_stepper(const Options& options, const Scene& scene, const State& start);
 [[nodiscard]] StepControl make_step_control(const Options& options, const Scene& scene, const State& start);
 /// Throws InputError when this state, that of a checkpoint or the start, is later than the end.
-[[nodiscard]] RunOptions make_run_options(const Options& options, const State& start);
+[[nodiscard]] run::Outputs make_outputs(const Options& options, const State& start);
 
 /// The lines before a run: grid, particles, materials, method, step, memory.
 [[nodiscard]] std::string describe(const Options& options, const Scene& scene, const State& start, const StepControl& control,

@@ -1,6 +1,7 @@
 #include <ductile/base/error.hpp>
+#include <ductile/mpm/checkpoint.hpp>
 #include <ductile/mpm/contact_force.hpp>
-#include <ductile/mpm/recorder.hpp>
+#include <ductile/mpm/output.hpp>
 #include <ductile/mpm/run.hpp>
 #include <ductile/run/loop.hpp>
 
@@ -8,7 +9,7 @@
 #include <array>
 #include <cmath>
 #include <fmt/format.h>
-#include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -65,11 +66,17 @@ const char* counter_of(StepFailure failure) {
 
 class PointsRun final : public run::Simulation {
 public:
-    PointsRun(const Problem& problem, State& state, TimeStepper& stepper, StepControl& control, const RunOptions& options,
-              const io::Program& program, const io::OutputFolder& folder, const io::CheckpointReader* checkpoint)
-        : problem_(problem), state_(state), stepper_(stepper), control_(control), checkpoint_(checkpoint),
-          monitor_(problem.scene, options.monitor), last_(begin()),
-          recorder_(problem, options, program, folder, checkpoint, state.time), touching_(state.rigid_bodies.size(), 0) {}
+    PointsRun(const Problem& problem, State& state, TimeStepper& stepper, StepControl& control, const Monitor::Options& monitor,
+              const io::CheckpointReader* checkpoint)
+        : problem_(problem), state_(state), stepper_(stepper), control_(control), monitor_(problem.scene, monitor),
+          touching_(state.rigid_bodies.size(), 0) {
+        last_.contact_forces = contact_forces_at_start(problem_);
+        see(problem_.start);
+        if (!checkpoint)
+            return;
+        restore(*checkpoint, control_, tally_);
+        last_.restore(*checkpoint);
+    }
 
     [[nodiscard]] double time_s() const override { return state_.time; }
     [[nodiscard]] std::int64_t step() const override { return state_.step; }
@@ -81,7 +88,7 @@ public:
                 "step {} at t = {:.6g} s would be {:.3g} s long ({}), too short to change the time: look for a speed or "
                 "a length that is out of all proportion",
                 state_.step + 1, state_.time, step_.dt, to_string(step_.limit)));
-        StepOutcome outcome = stepper_.attempt(state_, step_.dt);
+        const StepOutcome outcome = stepper_.attempt(state_, step_.dt, step_.end);
         if (!outcome.accepted) {
             ++events_.at(counter_of(outcome.failure));
             if (!control_.failed(step_))
@@ -102,9 +109,10 @@ public:
             ++events_.at("steps_ended_at_contact");
         if (outcome.newton_iterations > control_.options().many_newton_iterations)
             ++events_.at("steps_with_many_newton_iterations");
-        state_.time = step_.end;
         last_.dt = step_.dt;
-        last_.outcome = std::move(outcome);
+        last_.smallest_determinant = outcome.smallest_determinant;
+        last_.newton_iterations = outcome.newton_iterations;
+        last_.linear_iterations = outcome.linear_iterations;
         return step_.lands ? run::Attempt::landed : run::Attempt::accepted;
     }
 
@@ -112,113 +120,110 @@ public:
         const std::span<const double> force = stepper_.force();
         for (std::size_t b = 0; b < last_.contact_forces.size(); ++b)
             last_.contact_forces[b] = contact_force(stepper_.discretisation().nodes(), force, static_cast<std::int32_t>(b));
-        see(state_, last_);
+        see(state_);
     }
-    void row() override { recorder_.row(state_, last_); }
-    void snapshot(double) override { recorder_.snapshot(state_); }
-    [[nodiscard]] bool lacks_snapshot(double time_s) const override { return recorder_.lacks_snapshot(time_s); }
-    void progress() override { recorder_.progress(state_, step_); }
-    void checkpoint(std::int64_t row_step) override {
-        std::map<std::string, std::int64_t> total = counters();
-        total["row_step"] = row_step;
-        recorder_.checkpoint(state_, control_, tally_, total, last_);
-    }
-    void finish() override { recorder_.finish(); }
 
-    void describe(io::RunSummary& summary) override {
-        auto total = counters();
+    [[nodiscard]] std::vector<std::string> columns() const override { return history_columns(problem_); }
+
+    void row(std::vector<double>& row) override { append_row(problem_, seen(), last_, row); }
+
+    [[nodiscard]] run::Curve curve() const override {
+        return {problem_.curve_x, problem_.curve_y, problem_.label_x, problem_.label_y};
+    }
+
+    [[nodiscard]] io::ProgressState progress() const override {
+        return {state_.time, state_.step, step_.dt, to_string(step_.limit)};
+    }
+
+    io::Snapshots& open_snapshots(const std::filesystem::path& fields, const std::string& program,
+                                  const std::optional<io::EarlierSnapshots>& earlier) override {
+        const Grid& grid = problem_.scene.grid;
+        return snapshots_.emplace(fields, program, earlier,
+                                  io::SnapshotConstants{{"grid_left_m", grid.left},
+                                                        {"grid_bottom_m", grid.bottom},
+                                                        {"cell_width_m", grid.dx()},
+                                                        {"cell_height_m", grid.dy()},
+                                                        {"cells_x", grid.cells_x},
+                                                        {"cells_y", grid.cells_y}});
+    }
+
+    void snapshot(double) override { write_snapshot(problem_.scene, state_, *snapshots_); }
+
+    void describe(io::Checkpoint& content) override {
+        mpm::describe(state_, control_, tally_, content);
+        last_.describe(content);
+    }
+    [[nodiscard]] int checkpoint_format() const override { return mpm::checkpoint_format; }
+
+    [[nodiscard]] run::Counters counters() const override {
+        const SolverCounts now = stepper_.counts();
+        run::Counters counters = events_;
+        counters.insert({{"newton_iterations", now.newton_iterations},
+                         {"linear_iterations", now.linear_iterations},
+                         {"residual_evaluations", now.residual_evaluations},
+                         {"jacobian_products", now.jacobian_products},
+                         {"backtracks", now.backtracks}});
+        return counters;
+    }
+
+    void describe(const run::Counters& total, io::RunSummary& summary) override {
         summary.rejected_steps = 0;
         for (const auto& [name, count] : events_) {
-            summary.rejected_steps += name.starts_with("rejected") ? total[name] : 0;
-            if (total[name] > 0)
-                summary.extra[name] = total[name];
+            summary.rejected_steps += name.starts_with("rejected") ? total.at(name) : 0;
+            if (total.at(name) > 0)
+                summary.extra[name] = total.at(name);
         }
-        summary.newton_iterations = total["newton_iterations"];
-        summary.linear_iterations = total["linear_iterations"];
-        summary.residual_evaluations = total["residual_evaluations"];
-        summary.jacobian_products = total["jacobian_products"];
+        summary.newton_iterations = total.at("newton_iterations");
+        summary.linear_iterations = total.at("linear_iterations");
+        summary.residual_evaluations = total.at("residual_evaluations");
+        summary.jacobian_products = total.at("jacobian_products");
         summary.phase_seconds = stepper_.phase_seconds();
-        summary.extra["shortened_newton_steps"] = total["backtracks"];
+        summary.extra["shortened_newton_steps"] = total.at("backtracks");
         summary.extra["simulated_time_s"] = state_.time;
         summary.extra["particles"] = state_.particles.size();
-        for (const std::string& warning : recorder_.warnings())
-            summary.warnings.push_back(warning);
-        const Observation seen{state_, last_.dt, last_.contact_forces};
-        monitor_.conclude(seen, tally_, summary);
+        monitor_.conclude(seen(), tally_, summary);
         if (problem_.conclusions.conclude)
-            problem_.conclusions.conclude(seen, tally_, summary.extra);
-        summary.drawing = recorder_.curve();
+            problem_.conclusions.conclude(seen(), tally_, summary.extra);
     }
 
 private:
+    [[nodiscard]] Observation seen() const { return {state_, last_.dt, last_.contact_forces}; }
+
     /// What summary numbers need, of every step.
-    void see(const State& state, const LastStep& last) {
-        const Observation seen{state, last.dt, last.contact_forces};
-        monitor_.observe(seen, last.outcome.smallest_determinant, tally_);
+    void see(const State& state) {
+        const Observation seen{state, last_.dt, last_.contact_forces};
+        monitor_.observe(seen, last_.smallest_determinant, tally_);
         if (problem_.conclusions.observe)
             problem_.conclusions.observe(seen, tally_);
-    }
-
-    LastStep begin() {
-        LastStep start{.contact_forces = contact_forces_at_start(problem_)};
-        see(problem_.start, start);
-        if (!checkpoint_)
-            return start;
-        control_.restore({.next = checkpoint_->scalar("planned_dt"),
-                          .rest = checkpoint_->scalar("rest_of_step"),
-                          .shortened = static_cast<StepControl::Shortened>(checkpoint_->counter("shortened")),
-                          .touching = checkpoint_->integer_vector("touching")});
-        for (auto& [name, numbers] : tally_)
-            numbers = checkpoint_->vector(fmt::format("tally/{}", name));
-        (void)counters(); // whether they are all there
-        return read_last_step(*checkpoint_, state_.rigid_bodies.size());
-    }
-
-    [[nodiscard]] std::map<std::string, std::int64_t> counters() const {
-        const SolverCounts now = stepper_.counts();
-        std::map<std::string, std::int64_t> total = events_;
-        total.insert({{"newton_iterations", now.newton_iterations},
-                      {"linear_iterations", now.linear_iterations},
-                      {"residual_evaluations", now.residual_evaluations},
-                      {"jacobian_products", now.jacobian_products},
-                      {"backtracks", now.backtracks}});
-        for (auto& [name, count] : total)
-            count += checkpoint_ ? checkpoint_->counter(name) : 0;
-        return total;
     }
 
     const Problem& problem_;
     State& state_;
     TimeStepper& stepper_;
     StepControl& control_;
-    const io::CheckpointReader* checkpoint_; // what the run goes on from, or null
-    std::map<std::string, std::int64_t> events_{{counter_of(StepFailure::no_convergence), 0},
-                                                {counter_of(StepFailure::folded_grid), 0},
-                                                {counter_of(StepFailure::far_particle), 0},
-                                                {counter_of(StepFailure::leaving_particle), 0},
-                                                {"steps_cut_by_rigid_travel", 0},
-                                                {"steps_ended_at_contact", 0},
-                                                {"steps_with_many_newton_iterations", 0}};
+    run::Counters events_{{counter_of(StepFailure::no_convergence), 0},
+                          {counter_of(StepFailure::folded_grid), 0},
+                          {counter_of(StepFailure::far_particle), 0},
+                          {counter_of(StepFailure::leaving_particle), 0},
+                          {"steps_cut_by_rigid_travel", 0},
+                          {"steps_ended_at_contact", 0},
+                          {"steps_with_many_newton_iterations", 0}};
     Monitor monitor_;
     Tally tally_;
     LastStep last_;
-    Recorder recorder_; // made once the checkpoint is read: a wrong one must leave the files as they are
+    std::optional<io::ParticleSnapshotWriter> snapshots_;
     StepControl::Step step_;
     std::vector<std::int64_t> touching_; // 1 for each rigid body that holds nodes
 };
 
 } // namespace
 
-io::RunStatus run(const Problem& problem, State& state, TimeStepper& stepper, StepControl& control, const RunOptions& options,
-                  const io::Program& program, const io::OutputFolder& folder, const io::CheckpointReader* checkpoint,
-                  io::RunSummary& summary) {
+io::RunStatus run(const Problem& problem, State& state, TimeStepper& stepper, StepControl& control, const run::Outputs& outputs,
+                  const Monitor::Options& monitor, const run::Files& files, io::RunSummary& summary) {
     check(problem.scene, state.particles, state.rigid_bodies, state.time);
-    check_rigid_travel(problem.scene, state, options.duration_s);
-    const std::int64_t row_step = run::read_row_step(checkpoint);
-    PointsRun points_run(problem, state, stepper, control, options, program, folder, checkpoint);
-    return run::loop(points_run, io::OutputTimes(options.duration_s, options.snapshots_s),
-                     {.history_every = options.history_every, .checkpoint_every_s = program.common().checkpoint_every_s}, folder,
-                     row_step, summary);
+    check_rigid_travel(problem.scene, state, outputs.duration_s);
+    PointsRun points_run(problem, state, stepper, control, monitor, files.checkpoint);
+    return run::loop(points_run, outputs, files, summary);
 }
 
 } // namespace ductile::mpm

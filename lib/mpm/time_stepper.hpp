@@ -1,4 +1,5 @@
 #pragma once
+#include <ductile/base/timer.hpp>
 #include <ductile/mpm/explicit_step.hpp>
 #include <ductile/mpm/momentum_balance.hpp>
 #include <ductile/mpm/newton.hpp>
@@ -7,8 +8,6 @@
 #include <memory>
 #include <span>
 #include <string>
-#include <utility>
-#include <vector>
 
 namespace ductile::mpm {
 
@@ -25,16 +24,14 @@ struct StepOutcome {
     int linear_iterations = 0;
 };
 
-/// Wall seconds by phase since construction, in the order of printing.
-using PhaseSeconds = std::vector<std::pair<std::string, double>>;
-
 /// A time integrator of material points.
 class TimeStepper {
 public:
     virtual ~TimeStepper() = default;
-    /// One step of dt seconds. Either it is accepted and `state` is at its end, or `state` is as before (but for the order of its
-    /// particles in memory) and the outcome says why. Throws RunError where a shorter step is no help.
-    virtual StepOutcome attempt(State& state, double dt) = 0;
+    /// One step of dt seconds to the time `end` (which may differ from the sum by round-off: steps land on output times). Either
+    /// it is accepted and `state` is at its end, or `state` is as before (but for the order of its particles in memory) and the
+    /// outcome says why. Throws RunError where a shorter step is no help.
+    virtual StepOutcome attempt(State& state, double dt, double end) = 0;
 
     /// As of the beginning of the last step.
     [[nodiscard]] virtual const Discretisation& discretisation() const = 0;
@@ -42,11 +39,14 @@ public:
     /// and end. Valid until the next attempt; the particles must be where that step left them.
     [[nodiscard]] virtual std::span<const double> force() = 0;
     [[nodiscard]] virtual SolverCounts counts() const = 0;
+    /// Since construction.
     [[nodiscard]] virtual PhaseSeconds phase_seconds() const = 0;
     [[nodiscard]] virtual std::size_t memory_bytes() const = 0;
 };
 
+/// Keeps a reference to the scene, as all steppers do.
 [[nodiscard]] std::unique_ptr<TimeStepper> make_explicit_stepper(const Scene& scene, Form form);
+std::unique_ptr<TimeStepper> make_explicit_stepper(const Scene&& scene, Form form) = delete;
 
 /// Which nonlinear solver an implicit step uses.
 enum class SolverKind { newton_cg, newton_gmres, kinsol_gmres, kinsol_fgmres, kinsol_bicgstab, kinsol_cg };
@@ -74,5 +74,6 @@ struct ImplicitOptions {
 /// move a particle by more than two cells, or take it out of the grid, and only then moves the particles. Throws InputError for a
 /// combination that cannot work.
 [[nodiscard]] std::unique_ptr<TimeStepper> make_implicit_stepper(const Scene& scene, const ImplicitOptions& options);
+std::unique_ptr<TimeStepper> make_implicit_stepper(const Scene&& scene, const ImplicitOptions& options) = delete;
 
 } // namespace ductile::mpm

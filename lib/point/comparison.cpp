@@ -61,7 +61,7 @@ std::string work_precision_csv(std::span<const Run> runs) {
 std::string trajectories_csv(const Law& law, const GradientHistory& history, const Units& units, std::span<const Run> runs) {
     std::string text = "method,tolerance,time_s,accumulated_shear_strain,pressure_Pa,s_Pa,tau_Pa,q_Pa,deviatoric_magnitude_Pa";
     for (const InternalVariable& variable : law->variables())
-        text += "," + column_name(variable);
+        text += fmt::format(",{}", column_name(variable));
     text += "\n";
     for (const Run& run : runs) {
         const Trajectory& trajectory = run.trajectory;

@@ -1,5 +1,5 @@
 #pragma once
-#include <ductile/quasistatic/scene.hpp>
+#include <ductile/quasistatic/state.hpp>
 #include <ductile/quasistatic/time_stepper.hpp>
 
 #include <string>

@@ -27,7 +27,7 @@ std::array<const double*, most_terms> rows_of(std::span<const Term> terms, int f
     assert(terms.size() <= most_terms);
     std::array<const double*, most_terms> rows{};
     for (std::size_t m = 0; m < terms.size(); ++m)
-        rows[m] = terms[m].fields->field(field).row(j);
+        rows[m] = terms[m].vector->field(field).row(j);
     return rows;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 #include <ductile/quasistatic/scene.hpp>
 #include <ductile/space/staggered.hpp>
+#include <ductile/time/system.hpp>
 
 #include <algorithm>
 #include <span>
@@ -9,10 +10,7 @@
 namespace ductile::quasistatic {
 
 /// factor * (all cell fields).
-struct Term {
-    const CellState* fields = nullptr;
-    double factor = 0.0;
-};
+using Term = time::Term<CellState>;
 
 /// A rate that is not complete yet: `fields` hold f of the method of lines; the rate is f + C : D(velocity).
 struct OpenRate {

@@ -1,6 +1,5 @@
 #include <ductile/base/error.hpp>
 #include <ductile/io/output_times.hpp>
-#include <ductile/quasistatic/index_reduced.hpp>
 #include <ductile/quasistatic/options.hpp>
 
 #include <algorithm>
@@ -20,8 +19,8 @@ double length_unit(const Options& o) { return 0.5 * o.height; }
 double overhead_bytes(const Grid& grid) { return 8.0 * grid.cells_x * grid.cells_y + 20e6; }
 
 /// A grid that cannot fit would end with the system killing the program, or with half of the machine swapped out.
-void check_memory(const Grid& grid, Scheme scheme) {
-    const double needed = description(scheme).fields * 8.0 * grid.cells_x * grid.cells_y + overhead_bytes(grid);
+void check_memory(const Grid& grid, const std::string& scheme) {
+    const double needed = scheme_named(scheme).fields * 8.0 * grid.cells_x * grid.cells_y + overhead_bytes(grid);
     const double present = static_cast<double>(::sysconf(_SC_PHYS_PAGES)) * static_cast<double>(::sysconf(_SC_PAGESIZE));
     if (needed > present)
         throw InputError(fmt::format("--cells {}x{}: this needs about {:.3g} GB of memory, this machine has {:.3g} GB: use fewer "
@@ -81,10 +80,10 @@ void declare_time(io::Program& program, Options& o) {
     const auto help = [](std::string meaning, std::string units = {}, io::Limits allowed = io::positive) {
         return io::OptionHelp{"Time integration", std::move(meaning), std::move(units), allowed, io::Restart::may_change};
     };
-    std::vector<std::pair<std::string, Scheme>> scheme_names;
+    std::vector<std::string> scheme_names;
     std::string scheme_meanings;
-    for (const SchemeDescription& scheme : schemes()) {
-        scheme_names.emplace_back(scheme.name, scheme.scheme);
+    for (const Scheme& scheme : schemes()) {
+        scheme_names.push_back(scheme.name);
         scheme_meanings += fmt::format("{}{}: {}", scheme_meanings.empty() ? "" : "; ", scheme.name, scheme.meaning);
     }
     program.choice("--scheme", o.scheme, scheme_names, help(scheme_meanings));
@@ -210,7 +209,7 @@ namespace {
 /// With error control the error in time should stay below a tenth of that in space, which falls with h^2; the one falls about
 /// with the 2/3 power of the tolerance (verification/results/work_precision.md).
 double tolerance(const Options& o) {
-    if (description(o.scheme).kind == SchemeKind::projection)
+    if (scheme_named(o.scheme).kind == SchemeKind::projection)
         return number_or_auto(o.tolerance, "--tolerance", 1e-3, "0.001");
     const double h = std::sqrt(o.width * o.height / (static_cast<double>(o.cells.x) * o.cells.y)) / length_unit(o);
     return number_or_auto(o.tolerance, "--tolerance", 1e-4 * std::min(1.0, std::pow(252.0 * h, 3.0)),
@@ -233,11 +232,11 @@ StepControl make_step_control(const Options& o, const Scene& scene) {
     }
     if (o.dt != "auto")
         throw InputError(fmt::format("--dt {}: adaptive steps have no fixed length: add --step fixed, or leave --dt out", o.dt));
-    if (description(o.scheme).kind ==
+    if (scheme_named(o.scheme).kind ==
         SchemeKind::sundials) // one attempt from one target to the next: it has its own error control
         return {scene.grid, FixedSteps{std::numeric_limits<double>::infinity()}};
-    if (description(o.scheme).kind == SchemeKind::index_reduced)
-        return {scene.grid, ErrorSteps{.tolerance = tolerance(o), .order = description(o.scheme).estimate_order}};
+    if (scheme_named(o.scheme).kind == SchemeKind::index_reduced)
+        return {scene.grid, ErrorSteps{.tolerance = tolerance(o), .order = scheme_named(o.scheme).estimate_order}};
     ProjectionSteps steps = o.projection_steps;
     steps.tolerance = tolerance(o);
     if (o.step_reject > 0.0)
@@ -250,43 +249,25 @@ StepControl make_step_control(const Options& o, const Scene& scene) {
     return {scene.grid, steps};
 }
 
-std::unique_ptr<TimeStepper> make_time_stepper(const Options& o, const Scene& scene, State state) {
-    if (o.stiffness == Stiffness::full && description(o.scheme).kind != SchemeKind::projection)
+std::unique_ptr<TimeStepper> make_time_stepper(const Options& o, const Scene& scene) {
+    if (o.stiffness == Stiffness::full && scheme_named(o.scheme).kind != SchemeKind::projection)
         throw InputError(
             fmt::format("--operator full: with this stiffness the scheme {} drifts out of equilibrium, and nothing brings "
                         "it back: use --operator exact, or a projection scheme (--scheme incremental)",
-                        description(o.scheme).name));
+                        scheme_named(o.scheme).name));
     auto solver =
         make_equilibrium_solver({.grid = scene.grid, .elasticity = scene.law->elasticity(), .stiffness = o.stiffness}, o.solver);
-    const PassOptions passes{.largest = o.velocity_passes, .tolerance = 0.1 * tolerance(o)};
-    const auto projection = [&](Predictor predictor, Transport transport = Transport::frozen) {
-        using Scale = PointwiseTolerance::Scale;
-        const PointwiseTolerance pointwise = o.step == StepChoice::fixed ? PointwiseTolerance{Scale::step, o.pointwise_fixed}
-                                                                         : PointwiseTolerance{Scale::cell, o.pointwise_adaptive};
-        return std::make_unique<ProjectionStepper>(scene, predictor, pointwise, std::move(solver), std::move(state), transport);
-    };
-    switch (o.scheme) {
-    case Scheme::euler:
-        return projection(Predictor::euler);
-    case Scheme::substepped:
-        return projection(Predictor::substepped);
-    case Scheme::incremental:
-        return projection(Predictor::incremental);
-    case Scheme::extrapolated:
-        return projection(Predictor::incremental, Transport::extrapolated);
-    case Scheme::automatic:
-    case Scheme::ralston:
-    case Scheme::bogacki_shampine:
-    case Scheme::dormand_prince:
-    case Scheme::chebyshev:
-        return make_embedded(o.scheme, scene, std::move(solver), passes, tolerance(o), std::move(state));
-    default:
-        return make_sundials(o.scheme, scene, std::move(solver), passes,
-                             {.tolerance = tolerance(o), .fixed_steps = o.step == StepChoice::fixed}, std::move(state));
-    }
+    using Scale = PointwiseTolerance::Scale;
+    const bool fixed = o.step == StepChoice::fixed;
+    return make_stepper(o.scheme, scene, std::move(solver),
+                        {.passes = {.largest = o.velocity_passes, .tolerance = 0.1 * tolerance(o)},
+                         .tolerance = tolerance(o),
+                         .fixed_steps = fixed,
+                         .pointwise = fixed ? PointwiseTolerance{Scale::step, o.pointwise_fixed}
+                                            : PointwiseTolerance{Scale::cell, o.pointwise_adaptive}});
 }
 
-RunOptions make_run_options(const Options& o, const Scene& scene, double start) {
+run::Outputs make_outputs(const Options& o, const Scene& scene, double start) {
     if (!(o.duration / scene.units.time >= start))
         throw InputError(
             fmt::format("--duration {}: the checkpoint is at t = {:.6g} s already: a longer --duration goes on from there",
@@ -299,15 +280,15 @@ RunOptions make_run_options(const Options& o, const Scene& scene, double start) 
 std::string describe(const Options& o, const Scene& scene, const TimeStepper& stepper, int threads) {
     const Grid& g = scene.grid;
     const double strain_rate = scene.walls.after(0.0).u / (0.5 * g.height) / scene.units.time;
-    const std::string unknowns =
-        fmt::format("{} velocities, {} cell values", 2LL * g.cells_x * (g.cells_y - 1), 5LL * g.cells_x * g.cells_y);
+    const std::string unknowns = fmt::format("{} velocities, {} cell values", 2LL * g.cells_x * (g.cells_y - 1),
+                                             (4LL + std::ssize(scene.law->variables())) * g.cells_x * g.cells_y);
     return fmt::format(
         "grid      {} x {} cells on {} x {} m; {}\n"
         "material  {}; shear rate {:.3g} 1/s\n"
         "model     {}; {}, {} steps; {} solver, {} operator\n"
         "memory    about {:.0f} MB; {} thread{}\n",
         g.cells_x, g.cells_y, o.width, o.height, unknowns, describe(o.material), strain_rate,
-        scene.model == Model::full ? "full" : "reduced", description(o.scheme).meaning,
+        scene.model == Model::full ? "full" : "reduced", scheme_named(o.scheme).meaning,
         o.step == StepChoice::fixed ? "fixed" : "adaptive", o.solver == SolverKind::cholesky ? "cholesky" : "fourier",
         o.stiffness == Stiffness::exact ? "exact" : "fully integrated",
         (static_cast<double>(stepper.memory_bytes()) + overhead_bytes(g)) * 1e-6, threads, threads == 1 ? "" : "s");

@@ -3,10 +3,10 @@
 #include <ductile/io/program.hpp>
 #include <ductile/material/options.hpp>
 #include <ductile/quasistatic/initial.hpp>
-#include <ductile/quasistatic/projection_stepper.hpp>
-#include <ductile/quasistatic/run.hpp>
 #include <ductile/quasistatic/scene.hpp>
+#include <ductile/quasistatic/schemes.hpp>
 #include <ductile/quasistatic/step_control.hpp>
+#include <ductile/run/recorder.hpp>
 
 #include <filesystem>
 #include <string>
@@ -34,7 +34,7 @@ struct Options {
     double wall_velocity = 2e-7 * 0.01 / 4.05e-6; ///< 2e-7 L/t_s
     std::string wall_history;                     ///< replaces wall_velocity unless empty
 
-    Scheme scheme = Scheme::automatic;
+    std::string scheme = "auto"; ///< see schemes()
     Stiffness stiffness = Stiffness::exact;
     SolverKind solver = SolverKind::fastest;
     StepChoice step = StepChoice::adaptive;
@@ -62,9 +62,9 @@ void declare(io::Program& program, Options& options);
 /// neither "auto" nor a positive number.
 [[nodiscard]] StepControl make_step_control(const Options& options, const Scene& scene);
 /// The scheme with its elliptic solver.
-[[nodiscard]] std::unique_ptr<TimeStepper> make_time_stepper(const Options& options, const Scene& scene, State state);
+[[nodiscard]] std::unique_ptr<TimeStepper> make_time_stepper(const Options& options, const Scene& scene);
 /// Throws InputError when `start` (a checkpoint's time in natural units, or 0) is later than the end.
-[[nodiscard]] RunOptions make_run_options(const Options& options, const Scene& scene, double start);
+[[nodiscard]] run::Outputs make_outputs(const Options& options, const Scene& scene, double start);
 
 /// The lines before a run: grid, unknowns, material with the physical strain rate, scheme, memory, threads.
 [[nodiscard]] std::string describe(const Options& options, const Scene& scene, const TimeStepper& stepper, int threads);

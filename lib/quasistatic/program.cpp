@@ -1,9 +1,11 @@
 #include <ductile/base/error.hpp>
 #include <ductile/base/threads.hpp>
 #include <ductile/io/output_times.hpp>
+#include <ductile/quasistatic/checkpoint.hpp>
 #include <ductile/quasistatic/doubts.hpp>
 #include <ductile/quasistatic/initial_file.hpp>
 #include <ductile/quasistatic/program.hpp>
+#include <ductile/quasistatic/run.hpp>
 
 #include <algorithm>
 #include <fmt/format.h>
@@ -45,15 +47,15 @@ int run_program(const io::Program& program, const Options& options) {
     std::vector<std::string> warnings;
     State state = checkpoint ? read_state(*checkpoint, scene) : start(program, options, scene, warnings);
 
-    const RunOptions run_options = make_run_options(options, scene, state.time);
+    const run::Outputs outputs = make_outputs(options, scene, state.time);
     std::ranges::move(doubts(options, scene, state.cells), std::back_inserter(warnings));
     if (!program.has_default("--snapshots"))
         std::ranges::move(io::missing_snapshots(options.duration, options.snapshots), std::back_inserter(warnings));
-    const auto stepper = make_time_stepper(options, scene, std::move(state));
+    const auto stepper = make_time_stepper(options, scene);
     program.say(describe(options, scene, *stepper, thread_count()));
     return program.run(
         [&](const io::OutputFolder& folder, io::RunSummary& summary) {
-            return run(scene, *stepper, control, run_options, program, folder, checkpoint ? &*checkpoint : nullptr, summary);
+            return run(scene, state, *stepper, control, outputs, {program, folder, checkpoint ? &*checkpoint : nullptr}, summary);
         },
         warnings);
 }

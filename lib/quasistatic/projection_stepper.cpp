@@ -19,6 +19,20 @@ namespace {
 /// Increments dt C : D(v) of the first-order schemes, in units of stress, that make no error worth a look.
 constexpr double short_increment = 5e-3;
 
+/// The memory of a state as this stepper lays it out: y_{n-1}, for extrapolation or the change of increments of
+/// Predictor::euler, and v_{n-1}, for extrapolation.
+struct Earlier {
+    CellState& cells;
+    double& last_step; ///< dt_n, zero before there is one
+};
+struct EarlierVelocity {
+    VectorField& velocity;
+    double& step_before; ///< dt_{n-1}, zero before there is one
+};
+
+Earlier earlier_in(State& state) { return {state.memory.cells[0].second, state.memory.numbers[0]}; }
+EarlierVelocity earlier_velocity_in(State& state) { return {state.memory.velocities[0].second, state.memory.numbers[1]}; }
+
 void add_rows(const VectorField& from, VectorField& to) {
     for_each_row({to.u.rows(), to.u.columns()}, [&](int j) {
         for (const auto& [source, target] : {std::pair{&from.u, &to.u}, std::pair{&from.v, &to.v}}) {
@@ -40,33 +54,48 @@ Rk21Options PointwiseTolerance::options(const Grid& grid, double dt) const {
 }
 
 ProjectionStepper::ProjectionStepper(const Scene& scene, Predictor predictor, const PointwiseTolerance& pointwise,
-                                     std::unique_ptr<EquilibriumSolver> solver, State state, Transport transport)
-    : scene_(scene), predictor_(predictor), pointwise_(pointwise), solver_(std::move(solver)), projection_(scene, *solver_),
-      state_(std::move(state)), next_(scene), base_velocity_(scene.grid), correction_(scene.grid) {
-    if (predictor == Predictor::euler)
-        earlier_ = CellState(scene);
-    if (transport == Transport::extrapolated)
-        past_ = Past{CellState(scene), CellState(scene), VectorField(scene.grid)};
+                                     std::unique_ptr<EquilibriumSolver> solver, Transport transport)
+    : scene_(scene), predictor_(predictor), pointwise_(pointwise), solver_(std::move(solver)), transport_(transport),
+      projection_(scene, *solver_), next_(scene), base_velocity_(scene.grid), correction_(scene.grid) {
+    if (extrapolated())
+        middle_ = CellState(scene);
 }
 
-StepAttempt ProjectionStepper::attempt(double dt, double end) {
+void ProjectionStepper::adopt(State& state) const {
+    if (state.memory.scheme == scheme())
+        return;
+    state.memory = {.scheme = std::string(scheme())};
+    if (predictor_ != Predictor::euler && !extrapolated())
+        return;
+    state.memory.cells.emplace_back("earlier", CellState(scene_));
+    state.memory.names = {"last_step"};
+    if (extrapolated()) {
+        state.memory.velocities.emplace_back("earlier_velocity", VectorField(scene_.grid));
+        state.memory.names.emplace_back("step_before");
+    }
+    state.memory.numbers.assign(state.memory.names.size(), 0.0);
+}
+
+StepAttempt ProjectionStepper::attempt(State& state, double dt, double end, const Judge& judge) {
     Timer timer;
+    adopt(state);
     const int top = scene_.grid.cells_y;
-    const WallVelocity wall = scene_.walls.mean(state_.time, end);
-    const VectorField* velocity = &state_.velocity;
-    CellState* transported = &state_.cells;
-    if (past_ && past_->last_step > 0.0) {
-        const double half = 0.5 * dt / past_->last_step;
-        combine(scene_, std::array{Term{&state_.cells, 1.0 + half}, Term{&past_->cells, -half}}, past_->middle);
-        transported = &past_->middle;
-        extrapolate(past_->velocity, state_.velocity, (dt + past_->last_step) / (past_->last_step + past_->step_before),
-                    base_velocity_);
+    const WallVelocity wall = scene_.walls.mean(state.time, end);
+    const VectorField* velocity = &state.velocity;
+    CellState* transported = &state.cells;
+    if (extrapolated() && earlier_in(state).last_step > 0.0) {
+        const auto [earlier, last_step] = earlier_in(state);
+        const auto [earlier_velocity, step_before] = earlier_velocity_in(state);
+        const double half = 0.5 * dt / last_step;
+        combine(scene_, std::array{Term{&state.cells, 1.0 + half}, Term{&earlier, -half}}, middle_);
+        transported = &middle_;
+        extrapolate(earlier_velocity, state.velocity, (dt + last_step) / (last_step + step_before), base_velocity_);
         velocity = &base_velocity_;
     }
     const WallVelocity change{wall.u - velocity->u(0, top), wall.v - velocity->v(0, top)};
     if (change != WallVelocity{}) {
         if (velocity != &base_velocity_)
-            base_velocity_ = state_.velocity;
+            base_velocity_ = state.velocity;
         add_affine_velocity(scene_.grid, change, base_velocity_);
         velocity = &base_velocity_;
     }
@@ -75,9 +104,9 @@ StepAttempt ProjectionStepper::attempt(double dt, double end) {
         return RunError(
             fmt::format("step {} at t = {:.6g} s with dt = {:.3g} s: {}. The step is too large for this scene or the material "
                         "data are extreme: use a smaller --dt (fixed steps) or --tolerance (adaptive steps)",
-                        state_.step + 1, state_.time * scene_.units.time, dt * scene_.units.time, what));
+                        state.step + 1, state.time * scene_.units.time, dt * scene_.units.time, what));
     };
-    const Rk21Counts counts = predict(scene_, predictor_, state_.cells, *transported, *velocity, dt,
+    const Rk21Counts counts = predict(scene_, predictor_, state.cells, *transported, *velocity, dt,
                                       pointwise_.options(scene_.grid, dt), next_, correction_)
                                   .counts;
     substeps_ += counts.accepted;
@@ -100,21 +129,24 @@ StepAttempt ProjectionStepper::attempt(double dt, double end) {
         add_rows(*velocity, correction_);
     else
         add_affine_velocity(scene_.grid, wall, correction_);
-    length_ = dt;
-    end_ = end;
     velocity_seconds_ += timer.lap();
-    result.error = estimate_error(dt, wall, result.measure, counts);
+    result.error = estimate_error(state, dt, wall, result.measure, counts);
+    result.accepted = judge(result);
+    if (result.accepted)
+        accept(state, dt, end);
     return result;
 }
 
-double ProjectionStepper::estimate_error(double dt, const WallVelocity& wall, double measure, const Rk21Counts& counts) {
+double ProjectionStepper::estimate_error(State& state, double dt, const WallVelocity& wall, double measure,
+                                         const Rk21Counts& counts) {
     const double half_height = 0.5 * scene_.grid.height;
     const StressComponents<double> rate =
         elastic_rate(scene_.law->elasticity(), VelocityGradient<double>{0.0, wall.u / half_height, 0.0, wall.v / half_height});
     const double by_walls =
         dt * std::sqrt(3.0 * rate.p * rate.p + 2.0 * (rate.s * rate.s + rate.tau * rate.tau) + 6.0 * rate.q * rate.q);
     const double by_correction = std::sqrt(2.0) * scene_.law->elasticity().shear_modulus * measure;
-    const double spin = scene_.model == Model::full && !past_ ? 0.5 * dt * std::abs(wall.u) / half_height * by_walls : 0.0;
+    const double spin =
+        scene_.model == Model::full && !extrapolated() ? 0.5 * dt * std::abs(wall.u) / half_height * by_walls : 0.0;
     const Rk21Options options = pointwise_.options(scene_.grid, dt);
     const double pointwise =
         std::sqrt(10.0 * counts.largest_error_square) * (options.absolute_tolerance + options.relative_tolerance);
@@ -124,48 +156,47 @@ double ProjectionStepper::estimate_error(double dt, const WallVelocity& wall, do
     const double increment = by_walls + by_correction;
     if (increment < short_increment)
         return 0.0;
-    if (predictor_ == Predictor::euler && state_.step > 0)
-        return earlier_step_ > 0.0 ? change_of_increment(dt) : 0.0;
+    if (predictor_ == Predictor::euler && state.step > 0)
+        return earlier_in(state).last_step > 0.0 ? change_of_increment(state, dt) : 0.0;
     if (counts.accepted > 0)
         return spin + pointwise + increment;
     const double excess = yield_ratio(scene_, next_, 0.0, next_) - 1.0; // of cells that the predictor left elastic
     return spin + std::min(increment, std::sqrt(2.0) * std::max(excess, 0.0));
 }
 
-double ProjectionStepper::change_of_increment(double dt) {
-    const double ratio = dt / earlier_step_;
+double ProjectionStepper::change_of_increment(State& state, double dt) {
+    const auto [earlier, last_step] = earlier_in(state);
+    const double ratio = dt / last_step;
     const CombinationNorm change =
-        norm(scene_, std::array{Term{&next_, 1.0}, Term{&state_.cells, -1.0 - ratio}, Term{&earlier_, ratio}});
-    return change.largest() * dt / (dt + earlier_step_);
+        norm(scene_, std::array{Term{&next_, 1.0}, Term{&state.cells, -1.0 - ratio}, Term{&earlier, ratio}});
+    return change.largest() * dt / (dt + last_step);
 }
 
-void ProjectionStepper::accept() {
-    if (predictor_ == Predictor::euler) {
-        std::swap(earlier_, next_); // y_{n+1} in earlier_
-        std::swap(earlier_, state_.cells);
-        earlier_step_ = length_;
-    } else {
-        std::swap(state_.cells, next_);
+void ProjectionStepper::accept(State& state, double dt, double end) {
+    std::swap(state.cells, next_); // y_n in next_
+    std::swap(state.velocity, correction_);
+    if (extrapolated()) {
+        const auto [earlier_velocity, step_before] = earlier_velocity_in(state);
+        std::swap(earlier_velocity, correction_);
+        step_before = earlier_in(state).last_step;
     }
-    std::swap(state_.velocity, correction_);
-    if (past_) {
-        std::swap(past_->cells, next_);
-        std::swap(past_->velocity, correction_);
-        past_->step_before = past_->last_step;
-        past_->last_step = length_;
+    if (!state.memory.cells.empty()) {
+        const auto [earlier, last_step] = earlier_in(state);
+        std::swap(earlier, next_);
+        last_step = dt;
     }
-    state_.time = end_;
-    ++state_.step;
+    state.time = end;
+    ++state.step;
 }
 
-Scheme ProjectionStepper::scheme() const {
+std::string_view ProjectionStepper::scheme() const {
     switch (predictor_) {
     case Predictor::euler:
-        return Scheme::euler;
+        return "euler";
     case Predictor::substepped:
-        return Scheme::substepped;
+        return "substepped";
     case Predictor::incremental:
-        return past_ ? Scheme::extrapolated : Scheme::incremental;
+        return extrapolated() ? "extrapolated" : "incremental";
     }
     __builtin_unreachable();
 }
@@ -183,26 +214,12 @@ PhaseSeconds ProjectionStepper::phase_seconds() const {
 std::size_t ProjectionStepper::memory_bytes() const {
     const Field& cell = next_.stress.p;
     const Field& corner = correction_.u;
-    const std::size_t cells = static_cast<std::size_t>(next_.count()) * (past_ ? 4 : predictor_ == Predictor::euler ? 3 : 2);
-    const std::size_t corners = past_ ? 8 : 6;
+    const std::size_t cells = static_cast<std::size_t>(next_.count()) * (extrapolated()                   ? 4
+                                                                         : predictor_ == Predictor::euler ? 3
+                                                                                                          : 2);
+    const std::size_t corners = extrapolated() ? 8 : 6;
     return cells * cell.storage().size() * sizeof(double) + corners * corner.storage().size() * sizeof(double) +
            solver_->memory_bytes();
-}
-
-std::vector<std::pair<std::string, Field*>> ProjectionStepper::hidden_fields() {
-    if (!past_)
-        return {};
-    std::vector<std::pair<std::string, Field*>> fields{{"earlier_velocity_x", &past_->velocity.u},
-                                                       {"earlier_velocity_y", &past_->velocity.v}};
-    for (int k = 0; k < past_->cells.count(); ++k)
-        fields.emplace_back(fmt::format("earlier_{}", field_names(scene_)[static_cast<std::size_t>(k)]), &past_->cells.field(k));
-    return fields;
-}
-
-std::vector<std::pair<std::string, double*>> ProjectionStepper::hidden_numbers() {
-    if (!past_)
-        return {};
-    return {{"last_step", &past_->last_step}, {"step_before", &past_->step_before}};
 }
 
 } // namespace ductile::quasistatic

@@ -5,7 +5,6 @@
 #include <ductile/quasistatic/time_stepper.hpp>
 
 #include <memory>
-#include <optional>
 
 namespace ductile::quasistatic {
 
@@ -46,46 +45,34 @@ enum class Transport { frozen, extrapolated };
 /// looked at where the increment dt C : D(v) is long enough to matter; its first step is judged as those of substepped are.
 class ProjectionStepper final : public TimeStepper {
 public:
-    /// Keeps a reference to `scene`; owns the solver and all buffers. `state` is the state to go on from.
+    /// Keeps a reference to `scene`; owns the solver and all buffers.
     ProjectionStepper(const Scene& scene, Predictor predictor, const PointwiseTolerance& pointwise,
-                      std::unique_ptr<EquilibriumSolver> solver, State state, Transport transport = Transport::frozen);
+                      std::unique_ptr<EquilibriumSolver> solver, Transport transport = Transport::frozen);
 
-    [[nodiscard]] StepAttempt attempt(double dt, double end) override;
-    void accept() override;
-
-    [[nodiscard]] const State& state() const override { return state_; }
+    [[nodiscard]] std::string_view scheme() const override;
+    void adopt(State& state) const override;
+    StepAttempt attempt(State& state, double dt, double end, const Judge& judge) override;
     [[nodiscard]] StepperCounts counts() const override;
     [[nodiscard]] PhaseSeconds phase_seconds() const override;
     [[nodiscard]] std::size_t memory_bytes() const override;
-    [[nodiscard]] Scheme scheme() const override;
-    [[nodiscard]] std::vector<std::pair<std::string, Field*>> hidden_fields() override;
-    [[nodiscard]] std::vector<std::pair<std::string, double*>> hidden_numbers() override;
-    void resume() override {}
 
 private:
-    [[nodiscard]] double estimate_error(double dt, const WallVelocity& wall, double measure, const Rk21Counts& counts);
-    [[nodiscard]] double change_of_increment(double dt);
-
-    /// What extrapolation needs.
-    struct Past {
-        CellState cells, middle;                   // sigma_{n-1}; extrapolated to the middle of the step
-        VectorField velocity;                      // v_{n-1}
-        double last_step = 0.0, step_before = 0.0; // dt_n, dt_{n-1}; zero before there are any
-    };
+    [[nodiscard]] double estimate_error(State& state, double dt, const WallVelocity& wall, double measure,
+                                        const Rk21Counts& counts);
+    [[nodiscard]] double change_of_increment(State& state, double dt);
+    void accept(State& state, double dt, double end);
+    [[nodiscard]] bool extrapolated() const { return transport_ == Transport::extrapolated; }
 
     const Scene& scene_;
     Predictor predictor_;
     PointwiseTolerance pointwise_;
     std::unique_ptr<EquilibriumSolver> solver_;
+    Transport transport_;
     Projection projection_;
-    State state_;
     CellState next_;
-    VectorField base_velocity_;       ///< v_n with the walls' new velocity, where that differs, or extrapolated
-    VectorField correction_;          ///< force, then phi, then the new velocity
-    std::optional<Past> past_;        ///< with Transport::extrapolated
-    CellState earlier_;               ///< y_{n-1}, with Predictor::euler
-    double earlier_step_ = 0.0;       ///< dt_{n-1}; zero where earlier_ holds nothing
-    double length_ = 0.0, end_ = 0.0; ///< of the attempted step
+    CellState middle_;          ///< sigma extrapolated to the middle of the step, with Transport::extrapolated
+    VectorField base_velocity_; ///< v_n with the walls' new velocity, where that differs, or extrapolated
+    VectorField correction_;    ///< force, then phi, then the new velocity
     long long substeps_ = 0, rejected_substeps_ = 0;
     double predictor_seconds_ = 0.0, velocity_seconds_ = 0.0;
 };

@@ -1,11 +1,13 @@
 #include <ductile/base/error.hpp>
 #include <ductile/io/interrupt.hpp>
 #include <ductile/quasistatic/accuracy_watch.hpp>
-#include <ductile/quasistatic/recorder.hpp>
+#include <ductile/quasistatic/checkpoint.hpp>
+#include <ductile/quasistatic/projection.hpp>
 #include <ductile/quasistatic/run.hpp>
 #include <ductile/run/loop.hpp>
 
 #include <algorithm>
+#include <cmath>
 
 namespace ductile::quasistatic {
 
@@ -13,117 +15,183 @@ namespace {
 
 class GridRun final : public run::Simulation {
 public:
-    GridRun(const Scene& scene, TimeStepper& stepper, StepControl& control, const RunOptions& options, const io::Program& program,
-            const io::OutputFolder& folder, const io::CheckpointReader* checkpoint)
-        : scene_(scene), stepper_(stepper), control_(control), checkpoint_(checkpoint), watch_(scene), last_(begin()),
-          recorder_(scene, options, program, folder, checkpoint, time_s()) {}
+    GridRun(const Scene& scene, State& state, TimeStepper& stepper, StepControl& control, const io::CheckpointReader* checkpoint)
+        : scene_(scene), state_(state), stepper_(stepper), control_(control), watch_(scene), force_(scene.grid) {
+        if (!checkpoint) {
+            control_.start(stepper_.time_scale(state_));
+            return;
+        }
+        restore(*checkpoint, scene_, stepper_, state_, control_, watch_);
+        last_dt_ = checkpoint->scalar("last_dt");
+        last_measure_ = checkpoint->scalar("last_measure");
+    }
 
-    [[nodiscard]] double time_s() const override { return stepper_.state().time * scene_.units.time; }
-    [[nodiscard]] std::int64_t step() const override { return stepper_.state().step; }
+    [[nodiscard]] double time_s() const override { return state_.time * scene_.units.time; }
+    [[nodiscard]] std::int64_t step() const override { return state_.step; }
 
     [[nodiscard]] run::Attempt attempt(double output_time_s) override {
-        const double output_time = output_time_s / scene_.units.time, now = stepper_.state().time;
+        const double output_time = output_time_s / scene_.units.time, now = state_.time;
         const double goal = std::min(output_time, scene_.walls.next_knot(now));
         const StepControl::Step planned = control_.next(now, goal);
-        step_ = StepControl::shortened(planned, now, stepper_.limit_step(planned.dt));
+        step_ = StepControl::shortened(planned, now, stepper_.limit_step(state_, planned.dt));
+        judged_ = false;
         StepAttempt attempt;
         try {
-            attempt = stepper_.attempt(step_.dt, step_.end);
+            attempt = stepper_.attempt(state_, step_.dt, step_.end, [this](const StepAttempt& made) { return judge(made); });
         } catch (const RunError&) {
+            if (judged_)
+                throw; // no number means anything from here on
             if (io::interrupted())
                 return run::Attempt::refused;
             if (!control_.retry_shorter(step_))
                 throw;
+        }
+        if (!attempt.accepted) {
             ++rejected_steps_;
             return run::Attempt::refused;
         }
-        if (!control_.judge(step_, attempt)) {
-            ++rejected_steps_;
-            return run::Attempt::refused;
-        }
-        watch_.judge(attempt, now, step_.dt);
         relaxation_steps_ += step_.limit == StepLimit::relaxation ? 1 : 0;
-        stepper_.accept();
-        last_ = {step_.dt, attempt.measure};
+        last_dt_ = step_.dt;
+        last_measure_ = attempt.measure;
         return step_.lands && goal == output_time ? run::Attempt::landed : run::Attempt::accepted;
     }
 
-    void observe(bool last) override { watch_.observe(stepper_.state(), last); }
-    void row() override { recorder_.row(stepper_.state(), last_); }
-    void snapshot(double time_s) override { recorder_.snapshot(stepper_.state(), time_s); }
-    [[nodiscard]] bool lacks_snapshot(double time_s) const override { return recorder_.lacks_snapshot(time_s); }
-    void progress() override { recorder_.progress(stepper_.state(), step_); }
-    void checkpoint(std::int64_t row_step) override {
-        std::map<std::string, std::int64_t> total = counters();
-        total["row_step"] = row_step;
-        recorder_.checkpoint(stepper_, control_, watch_, total, last_);
-    }
-    void finish() override { recorder_.finish(); }
+    void observe(bool last) override { watch_.observe(state_, last); }
 
-    void describe(io::RunSummary& summary) override {
-        auto total = counters();
-        summary.rejected_steps = total["rejected_steps"];
-        summary.elliptic_solves = total["elliptic_solves"];
-        summary.pointwise_substeps = total["pointwise_substeps"];
+    [[nodiscard]] std::vector<std::string> columns() const override {
+        std::vector<std::string> columns{"time_s",
+                                         "step",
+                                         "dt_s",
+                                         "wall_strain",
+                                         "wall_shear_traction_Pa",
+                                         "wall_normal_traction_Pa",
+                                         "mean_deviatoric_magnitude_Pa",
+                                         "largest_deviatoric_magnitude_Pa"};
+        for (const InternalVariable& variable : scene_.law->variables())
+            columns.insert(columns.end(),
+                           {fmt::format("smallest_{}", column_name(variable)), fmt::format("largest_{}", column_name(variable))});
+        columns.insert(columns.end(), {"plastic_fraction", "equilibrium_residual", "step_measure"});
+        return columns;
+    }
+
+    void row(std::vector<double>& values) override {
+        const Units& u = scene_.units;
+        const Observables o = quasistatic::observe(scene_, state_.cells);
+        const double strain = scene_.walls.displacement(state_.time).u / (0.5 * scene_.grid.height);
+        values.insert(values.end(),
+                      {time_s(), static_cast<double>(state_.step), last_dt_ * u.time, strain, o.wall_traction * u.stress,
+                       o.normal_traction * u.stress, o.mean_magnitude * u.stress, o.largest_magnitude * u.stress});
+        const auto variables = scene_.law->variables();
+        for (std::size_t k = 0; k < variables.size(); ++k)
+            values.insert(values.end(), {o.smallest_internal[k] * variables[k].natural_unit,
+                                         o.largest_internal[k] * variables[k].natural_unit});
+        values.insert(values.end(), {o.plastic_fraction, equilibrium_residual(scene_, state_.cells, force_), last_measure_});
+    }
+
+    [[nodiscard]] run::Curve curve() const override {
+        return {"wall_strain", "wall_shear_traction_Pa", "wall strain", "shear traction on the wall [MPa]", 1e-6};
+    }
+
+    [[nodiscard]] io::ProgressState progress() const override {
+        return {time_s(), step(), step_.dt * scene_.units.time, to_string(step_.limit)};
+    }
+
+    io::Snapshots& open_snapshots(const std::filesystem::path& fields, const std::string& program,
+                                  const std::optional<io::EarlierSnapshots>& earlier) override {
+        const Grid& g = scene_.grid;
+        const double unit = scene_.units.length;
+        return snapshots_.emplace(
+            fields, program,
+            io::SnapshotGrid{g.cells_x, g.cells_y, g.width * unit, g.height * unit, g.x(0) * unit, g.y(0) * unit}, earlier,
+            io::SnapshotConstants{{"time_unit_s", scene_.units.time}, {"yield_stress_Pa", scene_.units.stress}});
+    }
+
+    void snapshot(double time_s) override {
+        const Units& u = scene_.units;
+        const CellState& cells = state_.cells;
+        Field magnitude(scene_.grid.cells_y, scene_.grid.cells_x);
+        for (int j = 0; j < magnitude.rows(); ++j)
+            for (int i = 0; i < magnitude.columns(); ++i) {
+                const double s = cells.stress.s(i, j), tau = cells.stress.tau(i, j), q = cells.stress.q(i, j);
+                magnitude(i, j) = std::sqrt(s * s + tau * tau + 3.0 * q * q);
+            }
+        using enum io::Centring;
+        std::vector fields{io::SnapshotField{"pressure", "Pa", cell, view(cells.stress.p), u.stress},
+                           io::SnapshotField{"s", "Pa", cell, view(cells.stress.s), u.stress},
+                           io::SnapshotField{"tau", "Pa", cell, view(cells.stress.tau), u.stress},
+                           io::SnapshotField{"q", "Pa", cell, view(cells.stress.q), u.stress},
+                           io::SnapshotField{"deviatoric_magnitude", "Pa", cell, view(magnitude), u.stress},
+                           io::SnapshotField{"velocity_x", "m/s", corner, view(state_.velocity.u), u.velocity()},
+                           io::SnapshotField{"velocity_y", "m/s", corner, view(state_.velocity.v), u.velocity()}};
+        const auto variables = scene_.law->variables();
+        for (std::size_t k = 0; k < variables.size(); ++k)
+            fields.push_back({std::string(variables[k].name), std::string(variables[k].unit), cell, view(cells.internal[k]),
+                              variables[k].natural_unit});
+        snapshots_->write(time_s, state_.step, fields);
+    }
+
+    void describe(io::Checkpoint& content) override {
+        content.scalars = {{"last_dt", last_dt_}, {"last_measure", last_measure_}};
+        quasistatic::describe(scene_, state_, control_, watch_, content);
+    }
+    [[nodiscard]] int checkpoint_format() const override { return quasistatic::checkpoint_format; }
+
+    [[nodiscard]] run::Counters counters() const override {
+        const StepperCounts now = stepper_.counts();
+        return {{"elliptic_solves", now.elliptic_solves},
+                {"rate_evaluations", now.evaluations},
+                {"pointwise_substeps", now.pointwise_substeps},
+                {"rejected_substeps", now.rejected_substeps},
+                {"rejected_steps", rejected_steps_},
+                {"steps_limited_by_relaxation", relaxation_steps_},
+                {"inner_steps", now.inner_steps},
+                {"rejected_inner_steps", now.rejected_inner_steps}};
+    }
+
+    void describe(const run::Counters& total, io::RunSummary& summary) override {
+        summary.rejected_steps = total.at("rejected_steps");
+        summary.elliptic_solves = total.at("elliptic_solves");
+        summary.pointwise_substeps = total.at("pointwise_substeps");
         summary.phase_seconds = stepper_.phase_seconds();
         for (const char* name :
              {"rate_evaluations", "inner_steps", "rejected_inner_steps", "rejected_substeps", "steps_limited_by_relaxation"})
-            summary.extra[name] = total[name];
-        for (const auto& [scheme, steps] : stepper_.steps_by_scheme())
-            summary.extra[std::string("steps_by_") + description(scheme).name] = steps;
+            summary.extra[name] = total.at(name);
+        for (const auto& [method, steps] : stepper_.steps_by_method(state_))
+            summary.extra["steps_by_" + method] = steps;
         summary.extra["simulated_time_s"] = time_s();
-        summary.drawing = recorder_.curve();
-        for (const std::vector<std::string>& warnings : {recorder_.warnings(), watch_.warnings()})
-            summary.warnings.insert(summary.warnings.end(), warnings.begin(), warnings.end());
+        const std::vector<std::string> warnings = watch_.warnings();
+        summary.warnings.insert(summary.warnings.end(), warnings.begin(), warnings.end());
     }
 
 private:
-    LastStep begin() {
-        if (!checkpoint_) {
-            control_.start(stepper_.time_scale());
-            return {};
-        }
-        restore_hidden(*checkpoint_, stepper_, control_, watch_);
-        (void)counters(); // whether they are all there
-        return read_last_step(*checkpoint_);
-    }
-
-    [[nodiscard]] std::map<std::string, std::int64_t> counters() const {
-        const StepperCounts now = stepper_.counts();
-        std::map<std::string, std::int64_t> total{{"elliptic_solves", now.elliptic_solves},
-                                                  {"rate_evaluations", now.evaluations},
-                                                  {"pointwise_substeps", now.pointwise_substeps},
-                                                  {"rejected_substeps", now.rejected_substeps},
-                                                  {"rejected_steps", rejected_steps_},
-                                                  {"steps_limited_by_relaxation", relaxation_steps_},
-                                                  {"inner_steps", now.inner_steps},
-                                                  {"rejected_inner_steps", now.rejected_inner_steps}};
-        for (auto& [name, count] : total)
-            count += checkpoint_ ? checkpoint_->counter(name) : 0;
-        return total;
+    /// Throws RunError where the run must end.
+    [[nodiscard]] bool judge(const StepAttempt& made) {
+        judged_ = true;
+        const bool accepted = control_.judge(step_, made);
+        if (accepted)
+            watch_.judge(made, state_.time, step_.dt);
+        return accepted;
     }
 
     const Scene& scene_;
+    State& state_;
     TimeStepper& stepper_;
     StepControl& control_;
-    const io::CheckpointReader* checkpoint_; // what the run goes on from, or null
-    std::int64_t rejected_steps_ = 0, relaxation_steps_ = 0;
     AccuracyWatch watch_;
-    LastStep last_;
-    Recorder recorder_; // made once the checkpoint is read: a wrong one must leave the files as they are
+    VectorField force_; // room for the residual of equilibrium
+    std::optional<io::SnapshotWriter> snapshots_;
     StepControl::Step step_;
+    bool judged_ = false;                       // the attempted step
+    double last_dt_ = 0.0, last_measure_ = 0.0; // of the last accepted step
+    std::int64_t rejected_steps_ = 0, relaxation_steps_ = 0;
 };
 
 } // namespace
 
-io::RunStatus run(const Scene& scene, TimeStepper& stepper, StepControl& control, const RunOptions& options,
-                  const io::Program& program, const io::OutputFolder& folder, const io::CheckpointReader* checkpoint,
-                  io::RunSummary& summary) {
-    const std::int64_t row_step = run::read_row_step(checkpoint);
-    GridRun grid_run(scene, stepper, control, options, program, folder, checkpoint);
-    return run::loop(grid_run, io::OutputTimes(options.duration_s, options.snapshots_s),
-                     {.history_every = options.history_every, .checkpoint_every_s = program.common().checkpoint_every_s}, folder,
-                     row_step, summary);
+io::RunStatus run(const Scene& scene, State& state, TimeStepper& stepper, StepControl& control, const run::Outputs& outputs,
+                  const run::Files& files, io::RunSummary& summary) {
+    GridRun grid_run(scene, state, stepper, control, files.checkpoint);
+    return run::loop(grid_run, outputs, files, summary);
 }
 
 } // namespace ductile::quasistatic

@@ -43,25 +43,6 @@ template <class Pointer> FlowRows<Pointer> rows_of(auto& cells, int j, int i) {
 FlowRows<double*> flow_rows(CellState& cells, int j, int i) { return rows_of<double*>(cells, j, i); }
 FlowRows<const double*> flow_rows(const CellState& cells, int j, int i) { return rows_of<const double*>(cells, j, i); }
 
-State initial_state(const Scene& scene, const Field& internal) {
-    if (!scene.law->has_rates())
-        throw InputError("the plastic flow of this law changes the volume, which cells do not follow: use particles, or a law of "
-                         "isochoric flow");
-    const Grid& grid = scene.grid;
-    State state{.cells = CellState(scene), .velocity = VectorField(grid)};
-    const auto variables = scene.law->variables();
-    for (std::size_t k = 0; k < variables.size(); ++k)
-        for (int j = 0; j < grid.cells_y; ++j) {
-            if (k == 0)
-                std::copy_n(internal.row(j), grid.cells_x, state.cells.internal[k].row(j));
-            else
-                std::fill_n(state.cells.internal[k].row(j), grid.cells_x, variables[k].start / variables[k].natural_unit);
-            state.cells.internal[k].wrap_row(j);
-        }
-    add_affine_velocity(grid, scene.walls.after(0.0), state.velocity);
-    return state;
-}
-
 void extrapolate(const VectorField& older, const VectorField& newer, double weight, VectorField& target) {
     for_each_row({target.u.rows(), target.u.columns()}, [&](int j) {
         for (const auto component : {&VectorField::u, &VectorField::v}) {

@@ -64,18 +64,6 @@ template <class Pointer> struct FlowRows {
 [[nodiscard]] FlowRows<double*> flow_rows(CellState& cells, int j, int i = 0);
 [[nodiscard]] FlowRows<const double*> flow_rows(const CellState& cells, int j, int i = 0);
 
-/// The whole state of a run.
-struct State {
-    CellState cells;
-    VectorField velocity; ///< corners, [N + 1][M]; the velocity of the last step (its midpoint in the second-order scheme)
-    double time = 0.0;
-    long long step = 0;
-};
-
-/// State at rest in stress: zero stress, affine velocity between the walls (Sec. 8). The law's first internal variable is given,
-/// [N][M]; the others are what they start with. Throws InputError for a law without a rate form.
-[[nodiscard]] State initial_state(const Scene& scene, const Field& internal);
-
 /// Adds the affine field of two walls whose velocities change by `change` (upper) and -`change` (lower):
 /// velocity(y) += change * 2 y/height.
 void add_affine_velocity(const Grid& grid, const WallVelocity& change, VectorField& velocity);

@@ -1,28 +1,15 @@
 #pragma once
+#include <ductile/quasistatic/method_of_lines.hpp>
+#include <ductile/quasistatic/projection_stepper.hpp>
+#include <ductile/quasistatic/time_stepper.hpp>
+
+#include <functional>
+#include <memory>
 #include <span>
+#include <string>
+#include <string_view>
 
 namespace ductile::quasistatic {
-
-/// The time integrators.
-enum class Scheme {
-    automatic,
-    euler,
-    substepped,
-    incremental,
-    extrapolated,
-    ralston,
-    bogacki_shampine,
-    dormand_prince,
-    chebyshev,
-    arkode_2,
-    arkode_3,
-    arkode_4,
-    arkode_5,
-    cvode_adams,
-    cvode_bdf,
-    ida,
-    mri,
-};
 
 /// What steps a scheme goes by.
 enum class SchemeKind {
@@ -31,17 +18,34 @@ enum class SchemeKind {
     sundials,      ///< the same method of lines integrated by SUNDIALS, with the error control of SUNDIALS
 };
 
-struct SchemeDescription {
-    Scheme scheme;
-    SchemeKind kind;
-    const char* name;    ///< as users say it
-    const char* meaning; ///< one line
-    double fields;       ///< numbers a cell that it keeps, about; see TimeStepper::memory_bytes
-    int estimate_order;  ///< the power of dt that the estimate of the error falls with; 0 where there is none
+/// What a scheme is built with; each looks at what it has a use for.
+struct SchemeOptions {
+    PassOptions passes = {};           ///< of a right-hand side
+    double tolerance = 1e-4;           ///< of the error of a step; with SUNDIALS, of one of its own steps
+    bool fixed_steps = false;          ///< SUNDIALS: one of its steps a step, without error control
+    PointwiseTolerance pointwise = {}; ///< projection schemes
 };
 
-/// All of them, in the order of the enumeration.
-[[nodiscard]] std::span<const SchemeDescription> schemes();
-[[nodiscard]] const SchemeDescription& description(Scheme scheme);
+/// A time integrator of the quasi-static system. Its name is what users say and files hold.
+struct Scheme {
+    std::string name = {}, meaning = {}; ///< the meaning in one line
+    SchemeKind kind = SchemeKind::projection;
+    double fields = 0.0;    ///< numbers a cell that it keeps, about; see TimeStepper::memory_bytes
+    int estimate_order = 0; ///< the power of dt that the estimate of the error falls with; 0 where there is none
+    enum class Steps { any, fixed, adaptive } steps = Steps::any; ///< which it can take
+    std::function<std::unique_ptr<TimeStepper>(const Scene&, std::unique_ptr<EquilibriumSolver>, const SchemeOptions&)> make = {};
+};
+
+/// All there are, the standard one first. Every table of time::butcher_tables() is one.
+[[nodiscard]] std::span<const Scheme> schemes();
+/// Throws InputError for a name that none has.
+[[nodiscard]] const Scheme& scheme_named(std::string_view name);
+
+/// A stepper with its elliptic solver; it keeps a reference to the scene. Throws InputError when the scheme has no fixed steps,
+/// or no others, but is asked for them.
+[[nodiscard]] std::unique_ptr<TimeStepper> make_stepper(std::string_view scheme, const Scene& scene,
+                                                        std::unique_ptr<EquilibriumSolver> solver, const SchemeOptions& options);
+std::unique_ptr<TimeStepper> make_stepper(std::string_view, const Scene&&, std::unique_ptr<EquilibriumSolver>,
+                                          const SchemeOptions&) = delete;
 
 } // namespace ductile::quasistatic

@@ -143,6 +143,12 @@ bool StepControl::retry_shorter(const Step& step) {
     return true;
 }
 
+const char* StepControl::identity() const {
+    if (std::holds_alternative<ErrorSteps>(policy_))
+        return "error";
+    return std::holds_alternative<ProjectionSteps>(policy_) ? "projection" : "fixed";
+}
+
 void StepControl::resume() {
     if (const auto* projection = std::get_if<ProjectionSteps>(&policy_))
         planned_ = std::clamp(planned_, projection->smallest_step, projection->largest_step);

@@ -71,7 +71,7 @@ public:
     [[nodiscard]] bool retry_shorter(const Step& step);
 
     /// The numbers that a checkpoint must hold; they mean nothing to a control of another identity.
-    [[nodiscard]] int identity() const { return static_cast<int>(policy_.index()); }
+    [[nodiscard]] const char* identity() const;
     [[nodiscard]] std::vector<std::pair<std::string, double*>> hidden_numbers();
     /// To be called once they are restored: the plan is kept within the bounds of this run, which may differ.
     void resume();

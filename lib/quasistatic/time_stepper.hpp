@@ -1,10 +1,12 @@
 #pragma once
-#include <ductile/quasistatic/scene.hpp>
-#include <ductile/quasistatic/schemes.hpp>
+#include <ductile/base/timer.hpp>
+#include <ductile/quasistatic/state.hpp>
 
 #include <cstddef>
+#include <functional>
 #include <limits>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -12,6 +14,7 @@ namespace ductile::quasistatic {
 
 /// What an attempted step found.
 struct StepAttempt {
+    bool accepted = false; ///< as judged
     /// How good the step was, for the step control: Q* of the projection schemes (see Projection::apply), the estimated error of
     /// the index-reduced ones (largest of the norms (59) of sigma/s_Y and chi/chi_inf).
     double measure = 0.0;
@@ -33,43 +36,49 @@ struct StepperCounts {
     long long rejected_inner_steps = 0;
 };
 
-/// Wall seconds by phase since construction, in the order of printing.
-using PhaseSeconds = std::vector<std::pair<std::string, double>>;
+/// Whether an attempted step is good enough to be kept. May throw: the state is then as it was.
+using Judge = std::function<bool(const StepAttempt&)>;
 
-/// A time integrator of the quasi-static system. attempt() leaves state() as it is; accept() takes the attempted step.
+/// A time integrator of the quasi-static system. The state is the caller's, and all that steps leave behind is in it: one stepper
+/// may serve many states in turn.
 class TimeStepper {
 public:
     virtual ~TimeStepper() = default;
 
+    /// The name of its scheme, see schemes().
+    [[nodiscard]] virtual std::string_view scheme() const = 0;
+    /// Lays out the memory of a state that has none of this scheme, where another's is thrown away.
+    virtual void adopt(State& state) const = 0;
+
     /// Time in which the state would change by the units of its error norm at the rate it starts with; infinity where the scheme
-    /// does not know rates. For the choice of a first step.
-    [[nodiscard]] virtual double time_scale() { return std::numeric_limits<double>::infinity(); }
+    /// does not know rates. For the choice of a first step. This and the next two adopt the state, and complete what its memory
+    /// lacks: rate and velocity at its time, which jump where the velocity of the walls does.
+    [[nodiscard]] virtual double time_scale(State& state) {
+        (void)state;
+        return std::numeric_limits<double>::infinity();
+    }
     /// A step of length dt or a shorter one: where all cells are elastic and the first is about to yield, schemes of higher order
     /// end the step at that moment, because no Runge-Kutta method keeps its order across the corner.
-    [[nodiscard]] virtual double limit_step(double dt) { return dt; }
-    /// Tries a step of length dt > 0 to the time `end` (which may differ from the sum by round-off: steps land on targets).
-    /// Throws RunError (where, when, what to change) when the result is not finite; state() is intact then, and another attempt
-    /// may follow.
-    [[nodiscard]] virtual StepAttempt attempt(double dt, double end) = 0;
-    virtual void accept() = 0;
+    [[nodiscard]] virtual double limit_step(State& state, double dt) {
+        (void)state;
+        return dt;
+    }
+    /// Makes a step of length dt > 0 to the time `end` (which may differ from the sum by round-off: steps land on targets) and
+    /// asks `judge`, because only a step that is made tells how good it is. If the answer is yes, `state` is at its end.
+    /// Otherwise, and where this or `judge` throws, it is as it was, and another attempt may follow. Throws RunError (where,
+    /// when, what to change) when the result is not finite.
+    virtual StepAttempt attempt(State& state, double dt, double end, const Judge& judge) = 0;
 
-    [[nodiscard]] virtual const State& state() const = 0;
     [[nodiscard]] virtual StepperCounts counts() const = 0;
+    /// Since construction.
     [[nodiscard]] virtual PhaseSeconds phase_seconds() const = 0;
-    /// Bytes of state, buffers and solver.
+    /// Bytes of a state, buffers and solver.
     [[nodiscard]] virtual std::size_t memory_bytes() const = 0;
-
-    /// Steps by the methods that took them, where a scheme has more than one.
-    [[nodiscard]] virtual std::vector<std::pair<Scheme, long long>> steps_by_scheme() const { return {}; }
-
-    /// Hidden values of one scheme are nothing to another.
-    [[nodiscard]] virtual Scheme scheme() const = 0;
-    /// The fields besides state() that a checkpoint must hold so that a restarted run goes on bitwise, by name.
-    [[nodiscard]] virtual std::vector<std::pair<std::string, Field*>> hidden_fields() = 0;
-    /// The numbers besides them.
-    [[nodiscard]] virtual std::vector<std::pair<std::string, double*>> hidden_numbers() = 0;
-    /// To be called once hidden fields and numbers are restored.
-    virtual void resume() = 0;
+    /// Steps by the methods that took them, where a scheme has more than one; of a state of its own.
+    [[nodiscard]] virtual std::vector<std::pair<std::string, long long>> steps_by_method(const State& state) const {
+        (void)state;
+        return {};
+    }
 };
 
 } // namespace ductile::quasistatic

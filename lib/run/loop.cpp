@@ -1,45 +1,39 @@
 #include <ductile/base/error.hpp>
 #include <ductile/base/timer.hpp>
 #include <ductile/io/interrupt.hpp>
+#include <ductile/io/output_times.hpp>
 #include <ductile/run/loop.hpp>
-
-#include <vector>
 
 namespace ductile::run {
 
-std::int64_t read_row_step(const io::CheckpointReader* checkpoint) { return checkpoint ? checkpoint->counter("row_step") : -1; }
-
-io::RunStatus loop(Simulation& simulation, const io::OutputTimes& times, const LoopOptions& options,
-                   const io::OutputFolder& folder, std::int64_t row_step, io::RunSummary& summary) {
+io::RunStatus loop(Simulation& simulation, const Outputs& outputs, const Files& files, io::RunSummary& summary) {
     const Timer wall;
     Timer since_checkpoint;
     double output_seconds = 0.0;
-    const auto write_row = [&] {
-        simulation.row();
-        row_step = simulation.step();
-    };
+    const io::OutputTimes times(outputs.duration_s, outputs.snapshots_s);
+    Recorder recorder(simulation, outputs, files);
     const auto end = [&] {
-        simulation.describe(summary);
         summary.steps = simulation.step();
         summary.wall_seconds = wall.seconds();
+        recorder.describe(summary);
         summary.phase_seconds.emplace_back("output", output_seconds);
     };
 
     const double start_s = simulation.time_s();
-    if (row_step < 0) {
+    if (!files.checkpoint) {
         if (times.is_snapshot(start_s))
-            simulation.snapshot(start_s);
-        write_row();
-    } else if (folder.continued() && simulation.lacks_snapshot(start_s)) {
-        simulation.snapshot(start_s);
+            recorder.snapshot(start_s);
+        recorder.row();
+    } else if (files.folder.continued() && recorder.lacks_snapshot(start_s)) {
+        recorder.snapshot(start_s);
     }
     std::vector<double> output_times = times.after(start_s);
     const bool at_end = output_times.empty();
     try {
         while (!output_times.empty()) {
             if (io::interrupted()) {
-                simulation.checkpoint(row_step);
-                simulation.finish();
+                recorder.checkpoint();
+                recorder.finish();
                 end();
                 return io::RunStatus::interrupted;
             }
@@ -49,29 +43,29 @@ io::RunStatus loop(Simulation& simulation, const io::OutputTimes& times, const L
             Timer output;
             const bool landed = attempt == Attempt::landed;
             simulation.observe(landed && output_times.size() == 1);
-            if (simulation.step() % options.history_every == 0)
-                write_row();
-            simulation.progress();
+            if (simulation.step() % outputs.history_every == 0)
+                recorder.row();
+            recorder.progress();
             if (landed) {
                 if (times.is_snapshot(output_times.back()))
-                    simulation.snapshot(output_times.back());
+                    recorder.snapshot(output_times.back());
                 output_times.pop_back();
             }
-            if (since_checkpoint.seconds() > options.checkpoint_every_s) {
-                simulation.checkpoint(row_step);
+            if (since_checkpoint.seconds() > files.program.common().checkpoint_every_s) {
+                recorder.checkpoint();
                 since_checkpoint.lap();
             }
             output_seconds += output.seconds();
         }
         if (!at_end)
-            simulation.checkpoint(row_step);
+            recorder.checkpoint();
         // after the checkpoint: a longer run that goes on from there will not have it
-        if (row_step != simulation.step())
-            write_row();
+        if (recorder.row_step() != simulation.step())
+            recorder.row();
     } catch (const Error& failure) {
-        const RunError advised = io::with_checkpoint(failure, folder.checkpoint(), [&] { simulation.checkpoint(row_step); });
+        const RunError advised = io::with_checkpoint(failure, files.folder.checkpoint(), [&] { recorder.checkpoint(); });
         try {
-            simulation.finish();
+            recorder.finish();
         } catch (const Error&) {
             // the failure that ended the run is the one to tell; what cannot be finished stays behind in its partial form
         }
@@ -82,7 +76,7 @@ io::RunStatus loop(Simulation& simulation, const io::OutputTimes& times, const L
         }
         throw advised;
     }
-    simulation.finish();
+    recorder.finish();
     end();
     return io::RunStatus::completed;
 }

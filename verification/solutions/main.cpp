@@ -24,7 +24,7 @@ void Table::write(const std::string& line) {
 void advance(TimeStepper& stepper, State& state, double end, int steps, const std::function<void()>& after) {
     const double dt = (end - state.time) / steps;
     for (int n = 0; n < steps; ++n) {
-        const StepOutcome outcome = stepper.attempt(state, dt);
+        const StepOutcome outcome = stepper.attempt(state, dt, state.time + dt);
         if (!outcome.accepted)
             throw RunError(fmt::format("step {} at t = {:.6g} s: {}", state.step + 1, state.time, outcome.reason));
         if (after)

@@ -1,0 +1,21 @@
+#pragma once
+#include <ductile/io/checkpoint.hpp>
+#include <ductile/mpm/observation.hpp>
+#include <ductile/mpm/state.hpp>
+#include <ductile/mpm/step_control.hpp>
+
+namespace ductile::mpm {
+
+/// The number of these programs' checkpoint format, raised when its content changes.
+inline constexpr int checkpoint_format = 7;
+
+/// The state a checkpoint holds; `start` is the program's own initial state. Throws InputError unless its particles are as many.
+[[nodiscard]] State read_state(const io::CheckpointReader& checkpoint, const State& start);
+
+/// Restores the plan of the steps and the numbers of the tally, each of which must be there.
+void restore(const io::CheckpointReader& checkpoint, StepControl& control, Tally& tally);
+
+/// Puts into a checkpoint what these two read; the views are those of the arguments.
+void describe(const State& state, const StepControl& control, const Tally& tally, io::Checkpoint& content);
+
+} // namespace ductile::mpm

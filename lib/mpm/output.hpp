@@ -1,0 +1,30 @@
+#pragma once
+#include <ductile/io/checkpoint.hpp>
+#include <ductile/io/particle_snapshots.hpp>
+#include <ductile/mpm/run.hpp>
+
+#include <array>
+#include <string>
+#include <vector>
+
+namespace ductile::mpm {
+
+/// What history.csv tells of a step beside the state it led to.
+struct LastStep {
+    double dt = 0.0; ///< [s]
+    double smallest_determinant = 1.0, newton_iterations = 0.0, linear_iterations = 0.0;
+    std::vector<std::array<double, 2>> contact_forces = {}; ///< see Observation
+
+    /// Puts it into a checkpoint; the view is its own.
+    void describe(io::Checkpoint& content) const;
+    /// Throws InputError for forces on another number of rigid bodies.
+    void restore(const io::CheckpointReader& checkpoint);
+};
+
+/// The columns of history.csv, and their values after a step.
+[[nodiscard]] std::vector<std::string> history_columns(const Problem& problem);
+void append_row(const Problem& problem, const Observation& seen, const LastStep& last, std::vector<double>& row);
+
+void write_snapshot(const Scene& scene, const State& state, io::ParticleSnapshotWriter& snapshots);
+
+} // namespace ductile::mpm

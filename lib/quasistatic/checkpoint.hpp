@@ -1,0 +1,29 @@
+#pragma once
+#include <ductile/io/checkpoint.hpp>
+#include <ductile/quasistatic/accuracy_watch.hpp>
+#include <ductile/quasistatic/state.hpp>
+#include <ductile/quasistatic/step_control.hpp>
+#include <ductile/quasistatic/time_stepper.hpp>
+
+namespace ductile::quasistatic {
+
+/// The number of this program's checkpoint format, raised when its content changes.
+inline constexpr int checkpoint_format = 8;
+
+/// A field as files see it: without images and ghost rows.
+[[nodiscard]] inline io::ArrayView view(const Field& field) {
+    return {field.row(0), field.rows(), field.columns(), field.stride()};
+}
+
+/// The state a checkpoint holds. Throws InputError when it has another grid or another internal variable.
+[[nodiscard]] State read_state(const io::CheckpointReader& checkpoint, const Scene& scene);
+
+/// Restores what a checkpoint holds besides: what is known of the accuracy so far; step control and the memory of the state,
+/// unless they belong to another scheme or step control than the run's (then the run goes on from the bare state).
+void restore(const io::CheckpointReader& checkpoint, const Scene& scene, const TimeStepper& stepper, State& state,
+             StepControl& control, AccuracyWatch& watch);
+
+/// Puts into a checkpoint what these two read; the views are those of the state.
+void describe(const Scene& scene, State& state, StepControl& control, AccuracyWatch& watch, io::Checkpoint& content);
+
+} // namespace ductile::quasistatic

@@ -1,0 +1,115 @@
+#include <ductile/quasistatic/combination.hpp>
+#include <ductile/quasistatic/rate_system.hpp>
+#include <ductile/space/staggered.hpp>
+#include <ductile/sundials/ida.hpp>
+#include <ductile/time/flat_stages.hpp>
+
+namespace ductile::quasistatic {
+
+namespace {
+
+/// The system of index 1: y = (cells, interior velocity/U),
+///   0 = d(cells)/dt - f - C : D(v),   0 = B^T (f + C : D(v)) = K v + B^T f.
+class Ida final : public CellMethod {
+public:
+    Ida(RateSystem& system, double tolerance)
+        : system_(system), grid_(system.scene().grid), stages_(system, {.tolerance = tolerance, .poll = end_if_interrupted}),
+          velocity_(grid_), force_(grid_), y_(stages_.size() + 2 * interior()), rates_(y_.size()),
+          ida_({.components = y_.size(),
+                .differential = stages_.size(),
+                .residual = [this](double t, std::span<const double> y, std::span<const double> rate,
+                                   std::span<double> residual) { find_residual(t, y, rate, residual); },
+                .precondition = [this](double factor, std::span<const double> r,
+                                       std::span<double> z) { precondition(factor, r, z); }},
+               {.absolute_tolerance = stages_.component_tolerance()}) {}
+
+    [[nodiscard]] double advance(const time::Step<CellState>& step) override {
+        std::ranges::copy(stages_.begin(step), y_.begin());
+        pack_interior(system_.velocity(), 1.0 / scale(), interior_of(std::span(y_)));
+        system_.pack(step.start_rate, cells_of(std::span(rates_)));
+        std::ranges::fill(interior_of(std::span(rates_)), 0.0);
+        ida_.integrate(y_, rates_, 0.0, step.dt);
+        system_.unpack(cells_of(std::span(y_)), step.next);
+        return stages_.finish(step);
+    }
+    [[nodiscard]] time::InnerCounts inner_counts() const override { return {ida_.counts().steps, ida_.counts().rejected}; }
+    [[nodiscard]] int buffers() const override { return stages_.buffers; }
+
+private:
+    [[nodiscard]] std::size_t interior() const {
+        return static_cast<std::size_t>(grid_.cells_x) * static_cast<std::size_t>(grid_.cells_y - 1);
+    }
+    [[nodiscard]] double scale() const { return system_.lines().speed_scale(); }
+    template <class T> [[nodiscard]] std::span<T> cells_of(std::span<T> y) const { return y.first(stages_.size()); }
+    template <class T> [[nodiscard]] std::span<T> interior_of(std::span<T> y) const { return y.subspan(stages_.size()); }
+
+    void pack_interior(const VectorField& field, double factor, std::span<double> values) const {
+        auto target = values.begin();
+        for (const Field* f : {&field.u, &field.v})
+            for (int j = 1; j < grid_.cells_y; ++j)
+                target = std::transform(f->row(j), f->row(j) + grid_.cells_x, target, [=](double x) { return factor * x; });
+    }
+    void unpack_interior(std::span<const double> values, VectorField& field) const {
+        auto source = values.begin();
+        for (Field* f : {&field.u, &field.v})
+            for (int j = 1; j < grid_.cells_y; ++j, source += grid_.cells_x) {
+                std::transform(source, source + grid_.cells_x, f->row(j), [=, this](double x) { return scale() * x; });
+                f->wrap_row(j);
+            }
+    }
+    void set_walls(const WallVelocity& lower, const WallVelocity& upper, VectorField& field) const {
+        for (const auto& [row, wall] : {std::pair{0, lower}, std::pair{grid_.cells_y, upper}}) {
+            std::fill_n(field.u.row(row), grid_.cells_x, wall.u);
+            std::fill_n(field.v.row(row), grid_.cells_x, wall.v);
+            field.u.wrap_row(row);
+            field.v.wrap_row(row);
+        }
+    }
+
+    void find_residual(double t, std::span<const double> y, std::span<const double> rate, std::span<double> residual) {
+        stages_.poll();
+        CellState &cells = stages_.stage(), &complete = stages_.stage_rate();
+        system_.unpack(cells_of(y), cells);
+        const WallVelocity wall = system_.wall_velocity(t / system_.step_length());
+        unpack_interior(interior_of(y), velocity_);
+        set_walls({-wall.u, -wall.v}, wall, velocity_);
+        system_.lines().open_rate(cells, velocity_, complete);
+        close_rate(system_.scene(), velocity_, complete);
+        for (int j = 0; j < grid_.cells_y; ++j)
+            complete.wrap_row(j);
+        divergence(grid_, complete.stress, 1.0, force_);
+        system_.pack(complete, cells_of(residual));
+        std::ranges::transform(rate.first(stages_.size()), residual, residual.begin(), std::minus<>());
+        pack_interior(force_, 1.0 / scale(), interior_of(residual));
+    }
+
+    /// dF/dy without the derivatives of f: K dv = r_v, then derivative_factor d(cells) - C : D(dv) = r.
+    void precondition(double derivative_factor, std::span<const double> r, std::span<double> z) {
+        set_walls({}, {}, force_);
+        unpack_interior(interior_of(r), force_);
+        system_.solve(force_);
+        for (Field* f : {&force_.u, &force_.v})
+            for (int j = 0; j <= grid_.cells_y; ++j)
+                f->wrap_row(j);
+        CellState& change = stages_.stage_rate();
+        system_.unpack(cells_of(r), change);
+        close_rate(system_.scene(), force_, change);
+        system_.pack(change, cells_of(z));
+        for (double& value : cells_of(z))
+            value /= derivative_factor;
+        pack_interior(force_, 1.0 / scale(), interior_of(z));
+    }
+
+    RateSystem& system_;
+    const Grid& grid_;
+    time::FlatStages<CellState> stages_;
+    VectorField velocity_, force_;
+    std::vector<double> y_, rates_;
+    sundials::IdaIntegrator ida_;
+};
+
+} // namespace
+
+std::unique_ptr<CellMethod> make_ida(RateSystem& system, double tolerance) { return std::make_unique<Ida>(system, tolerance); }
+
+} // namespace ductile::quasistatic

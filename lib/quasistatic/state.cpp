@@ -1,0 +1,62 @@
+#include <ductile/base/error.hpp>
+#include <ductile/quasistatic/state.hpp>
+
+#include <algorithm>
+
+namespace ductile::quasistatic {
+
+namespace {
+
+using NamedFields = std::vector<std::pair<std::string, Field*>>;
+
+void append(const std::string& prefix, const Scene& scene, CellState& cells, NamedFields& list) {
+    const std::vector<std::string> names = field_names(scene);
+    for (std::size_t k = 0; k < names.size(); ++k)
+        list.emplace_back(prefix + names[k], &cells.field(static_cast<int>(k)));
+}
+
+void append(const std::string& prefix, VectorField& velocity, NamedFields& list) {
+    list.emplace_back(prefix + "_x", &velocity.u);
+    list.emplace_back(prefix + "_y", &velocity.v);
+}
+
+} // namespace
+
+NamedFields named_fields(const Scene& scene, State& state) {
+    NamedFields list;
+    append("", scene, state.cells, list);
+    append("velocity", state.velocity, list);
+    for (auto& [name, cells] : state.memory.cells)
+        append(name + "_", scene, cells, list);
+    for (auto& [name, velocity] : state.memory.velocities)
+        append(name, velocity, list);
+    return list;
+}
+
+std::vector<std::pair<std::string, double*>> named_numbers(State& state) {
+    std::vector<std::pair<std::string, double*>> list{{"time", &state.time}};
+    for (std::size_t k = 0; k < state.memory.numbers.size(); ++k)
+        list.emplace_back(state.memory.names[k], &state.memory.numbers[k]);
+    return list;
+}
+
+State initial_state(const Scene& scene, const Field& internal) {
+    if (!scene.law->has_rates())
+        throw InputError("the plastic flow of this law changes the volume, which cells do not follow: use particles, or a law of "
+                         "isochoric flow");
+    const Grid& grid = scene.grid;
+    State state{.cells = CellState(scene), .velocity = VectorField(grid)};
+    const auto variables = scene.law->variables();
+    for (std::size_t k = 0; k < variables.size(); ++k)
+        for (int j = 0; j < grid.cells_y; ++j) {
+            if (k == 0)
+                std::copy_n(internal.row(j), grid.cells_x, state.cells.internal[k].row(j));
+            else
+                std::fill_n(state.cells.internal[k].row(j), grid.cells_x, variables[k].start / variables[k].natural_unit);
+            state.cells.internal[k].wrap_row(j);
+        }
+    add_affine_velocity(grid, scene.walls.after(0.0), state.velocity);
+    return state;
+}
+
+} // namespace ductile::quasistatic
