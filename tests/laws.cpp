@@ -263,6 +263,7 @@ TEST_CASE("three internal variables at particles: sorted, advanced and started w
     // a particle without room for what its law keeps is refused
     b.state.particles.internal.pop_back();
     CHECK(contains(message_of<InputError>([&] { check(b.scene, b.state.particles); }), "3 internal variables"));
+    CHECK(contains(message_of<InputError>([&] { step.advance(b.state, 0.002, 1.0); }), "3 internal variables"));
 }
 
 TEST_SUITE_END();

@@ -159,6 +159,7 @@ TEST_CASE("where the tangent is indefinite its diagonal steps in, and only there
     // softening from the first yield on: 2 mu of the 3 mu that a step bears
     b.scene.materials = {
         {von_mises_law(rubber, {.yield_stress = 6.0, .limit_strain = 0.0, .softening = 2.0 * rubber.shear_modulus})}};
+    b.state.particles.provide_internal(1);
     b.scene.grid.sides.bottom = SideCondition::fixed;
     for (double& y : b.state.particles.y)
         y -= 0.2;

@@ -1,5 +1,6 @@
 #include <ductile/base/error.hpp>
 #include <ductile/base/threads.hpp>
+#include <ductile/base/vectorise.hpp>
 #include <ductile/equilibrium/fourier.hpp>
 #include <ductile/equilibrium/modes.hpp>
 
@@ -254,7 +255,7 @@ private:
         fftw_execute_dft(to_nodes_.get(), reinterpret_cast<fftw_complex*>(s.modes), reinterpret_cast<fftw_complex*>(s.nodes));
         double *u = field.u.row(j), *v = field.v.row(j), sum = 0.0;
         const double sign = sign_of_v(j);
-#pragma omp simd reduction(+ : sum)
+        DUCTILE_VECTORISE_SUM
         for (int i = 0; i < cells_x_; ++i) {
             u[i] = s.nodes[2 * i];
             v[i] = sign * s.nodes[2 * i + 1];

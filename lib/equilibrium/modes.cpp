@@ -1,3 +1,4 @@
+#include <ductile/base/vectorise.hpp>
 #include <ductile/equilibrium/modes.hpp>
 #include <ductile/equilibrium/stencil.hpp>
 
@@ -56,7 +57,7 @@ bool agree(const Symmetric& p, const Symmetric& q) {
 
 void eliminate_block(const ModeCouplings& c, const ModePivots& p, double* u, double* v, const double* u_previous,
                      const double* v_previous) {
-#pragma omp simd
+    DUCTILE_VECTORISE
     for (int l = 0; l < row_unit; ++l) {
         const double ru = u[l] - c.a[l] * u_previous[l] - c.e[l] * v_previous[l];
         const double rv = v[l] + c.e[l] * u_previous[l] - c.d[l] * v_previous[l];
@@ -67,7 +68,7 @@ void eliminate_block(const ModeCouplings& c, const ModePivots& p, double* u, dou
 
 void meet_block(const ModeCouplings& c, const ModePivots& p, double* u, double* v, const double* u_below, const double* v_below,
                 const double* u_above, const double* v_above) {
-#pragma omp simd
+    DUCTILE_VECTORISE
     for (int l = 0; l < row_unit; ++l) {
         const double ru = u[l] - c.a[l] * (u_below[l] + u_above[l]) - c.e[l] * (v_below[l] + v_above[l]);
         const double rv = v[l] + c.e[l] * (u_below[l] - u_above[l]) - c.d[l] * (v_below[l] - v_above[l]);
@@ -78,7 +79,7 @@ void meet_block(const ModeCouplings& c, const ModePivots& p, double* u, double* 
 
 void substitute_block(const ModeCouplings& c, const ModePivots& p, double* u, double* v, const double* u_next,
                       const double* v_next) {
-#pragma omp simd
+    DUCTILE_VECTORISE
     for (int l = 0; l < row_unit; ++l) {
         const double tu = c.a[l] * u_next[l] - c.e[l] * v_next[l];
         const double tv = c.e[l] * u_next[l] + c.d[l] * v_next[l];

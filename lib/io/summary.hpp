@@ -30,7 +30,7 @@ struct RunSummary {
     std::int64_t residual_evaluations = 0;
     std::int64_t jacobian_products = 0;
     double wall_seconds = 0.0;
-    double processor_seconds = 0.0;                                 ///< of all threads, from the start of the process
+    double processor_seconds = 0.0; ///< of all threads, from the start of the process
     PhaseSeconds phase_seconds = {};
     std::int64_t peak_memory_bytes = 0;
     nlohmann::ordered_json extra = nlohmann::ordered_json::object(); ///< what only this scene knows; keys carry units

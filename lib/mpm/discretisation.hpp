@@ -50,8 +50,8 @@ public:
 
     /// Weights, active nodes, masses (2.2.12), mapped velocities (2.2.14), prescribed components. May sort the particles.
     /// Rigid bodies hold their nodes at their mean velocity over a step of dt seconds from `time` on.
-    /// Throws RunError for a particle outside the grid, and for a node that two rigid bodies, or a body and a side, hold at
-    /// different velocities.
+    /// Throws InputError as check_internal() does, and RunError for a particle outside the grid, and for a node that two rigid
+    /// bodies, or a body and a side, hold at different velocities.
     virtual void prepare(Particles& particles, std::span<const RigidBody> rigid_bodies, double time = 0.0, double dt = 0.0) = 0;
     [[nodiscard]] virtual const ActiveNodes& nodes() const = 0;
 

@@ -16,6 +16,7 @@ public:
     explicit Kernels(const Scene& scene) : scene_(scene), transfer_(scene.grid) {}
 
     void prepare(Particles& particles, std::span<const RigidBody> rigid_bodies, double time, double dt) override {
+        check_internal(scene_, particles);
         transfer_.prepare(particles, rigid_bodies, time, dt);
         volume_.resize(particles.size());
         if constexpr (axisymmetric)

@@ -123,6 +123,14 @@ void check_rigid_body(const RigidBody& body) {
 
 } // namespace
 
+void check_internal(const Scene& scene, const Particles& particles) {
+    for (const Material& material : scene.materials)
+        if (const std::size_t wanted = material.law->variables().size(); particles.internal.size() < wanted)
+            throw InputError(fmt::format("a law of the scene has {} internal variables, the particles have room for {}: use "
+                                         "Particles::provide_internal()",
+                                         wanted, particles.internal.size()));
+}
+
 void check(const Scene& scene, const Particles& particles, std::span<const RigidBody> rigid_bodies, double time) {
     check(scene.grid, scene.geometry);
     if (particles.size() == 0)
@@ -134,11 +142,7 @@ void check(const Scene& scene, const Particles& particles, std::span<const Rigid
             throw InputError(fmt::format("material {} has the heat capacity {} J/(kg K): it must be zero (none) or positive, and "
                                          "finite",
                                          m, scene.materials[m].heat_capacity));
-    for (const Material& material : scene.materials)
-        if (const std::size_t wanted = material.law->variables().size(); particles.internal.size() < wanted)
-            throw InputError(fmt::format("a law of the scene has {} internal variables, the particles have room for {}: use "
-                                         "Particles::provide_internal()",
-                                         wanted, particles.internal.size()));
+    check_internal(scene, particles);
     check_lengths(particles);
     for (std::size_t p = 0; p < particles.size(); ++p) {
         if (particles.material[p] < 0 || particles.material[p] >= static_cast<std::int64_t>(scene.materials.size()))

@@ -49,6 +49,9 @@ struct Scene {
 [[nodiscard]] std::vector<MaterialNumbers> material_numbers(const Scene& scene, const Particles& particles,
                                                             std::span<const RigidBody> rigid_bodies);
 
+/// Throws InputError unless the particles have room for the internal variables of every law.
+void check_internal(const Scene& scene, const Particles& particles);
+
 /// Throws InputError, naming the particle or the rigid body and what is wrong with it, unless a run can start from here: the grid
 /// is possible; there are particles, all in the grid, of materials that are there, with finite numbers, positive mass and density
 /// and, for GIMP, widths up to a cell; rigid bodies have points; and the body force on every particle at

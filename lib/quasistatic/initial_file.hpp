@@ -1,6 +1,6 @@
 #pragma once
 #include <ductile/equilibrium/solver.hpp>
-#include <ductile/quasistatic/scene.hpp>
+#include <ductile/quasistatic/state.hpp>
 
 #include <filesystem>
 

@@ -9,7 +9,7 @@ namespace ductile {
 void check(const Grid& grid) {
     if (grid.cells_x < 4 || grid.cells_y < 4)
         throw InputError(
-            fmt::format("--cells {}x{}: at least 4 cells are needed in each direction (the upwind stencil spans five)",
+            fmt::format("{} x {} cells: at least 4 cells are needed in each direction (the upwind stencil spans five)",
                         grid.cells_x, grid.cells_y));
     if (!(grid.width > 0.0 && grid.height > 0.0 && std::isfinite(grid.width) && std::isfinite(grid.height)))
         throw InputError(fmt::format("the domain is {} x {}: both sides must be positive and finite", grid.width, grid.height));

@@ -46,5 +46,12 @@ if(NOT output STREQUAL expected)
   message(FATAL_ERROR "the program printed\n${output}\ninstead of\n${expected}")
 endif()
 
+run(${here}/build/own_law)
+set(expected "shear: traction beyond 1.2 of the first yield stress, agrees: true
+billet: stress far beyond the first yield stress, agrees: true\n")
+if(NOT output STREQUAL expected)
+  message(FATAL_ERROR "the law of another project gave\n${output}\ninstead of\n${expected}")
+endif()
+
 run_to_fail(${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR}/../c_only -B ${here}/c_only -G ${GENERATOR} "-DCMAKE_PREFIX_PATH=${prefix}")
 expect("ductile is a C++ library, and the project c_only has not enabled C")
