@@ -18,8 +18,8 @@ using namespace ductile;
 
 namespace {
 
-/// Perzyna's law with three times its plastic strain as a second internal variable, and the square root of time above yield as a
-/// third, which nothing depends on.
+/// Perzyna's law with three times its plastic strain as a second internal variable, and the time above yield as a third, which
+/// nothing depends on.
 struct ThreeVariables {
     PerzynaModel perzyna;
 

@@ -55,6 +55,8 @@ def cases():
                                                       "--duration", "0.7", "--snapshots", "0.7", *options)
     for scheme in ("incremental", "extrapolated"):
         yield f"{scheme}, adaptive", ("shear_band", "--cells", "64", "--scheme", scheme, "--step", "adaptive", "--duration", "0.7", "--snapshots", "0.7")
+    for base in ("700", "1200"):  # gentle, and so stiff that the other method takes over
+        yield f"auto from {base} K", ("shear_band", "--cells", "32", "--scheme", "auto", "--initial-base", base, "--snapshots", "1.4175")
     yield "cholesky", ("shear_band", "--cells", "64x48", "--equilibrium", "cholesky", "--scheme", "bogacki-shampine", "--duration", "0.7", "--snapshots", "0.7")
     for program, (stable, step, duration) in PROGRAMS.items():
         common = (program, "--duration", duration, "--snapshots", "0")

@@ -71,7 +71,7 @@ public:
     virtual double add_flow_rates(int count, ConstArrays y, Arrays rate) const = 0;
     /// Takes `count` points from y over dt with constant sources, in `end` on entry, to `end`: one forward Euler step, or
     /// RK2(1) substeps of every point that flows. A point whose sbar is below yield at both ends of its straight elastic path
-    /// takes none. `euler` counts nothing.
+    /// takes none. flow_by_euler() counts nothing.
     virtual void flow_by_euler(int count, ConstArrays y, Arrays end, double dt) const = 0;
     virtual void flow_by_substeps(int count, ConstArrays y, Arrays end, double dt, const Rk21Options& options,
                                   Rk21Counts& counts) const = 0;
