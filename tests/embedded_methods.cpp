@@ -291,7 +291,7 @@ TEST_SUITE("embedded_methods") {
                       "auto hands over where flow is stiff, gives back where it no longer is, and loses nothing") {
         Scene scene = fields::scene_on({8, 6, 2.0, 2.0}, Model::full, {U, 0.0});
         const double stop = 30e4;
-        scene.walls = WallHistory({{0.0, {U, 0.0}}, {stop, {U, 0.0}}, {stop, {-U, 0.0}}}); // elastic again from there
+        scene.walls = moving(WallHistory({{0.0, {U, 0.0}}, {stop, {U, 0.0}}, {stop, {-U, 0.0}}})); // elastic again from there
         const State start = initial_state(
             scene, initial_internal(scene.grid, PaperPattern{1100. / 21000, 100. / 21000}, scene.law->variables()[0]));
         const auto run_with = [&](const std::string& scheme, double tolerance, double end, long long& evaluations) {

@@ -36,7 +36,7 @@ inline const StzModel stz{StzParameters{}, Units{}};
 inline const Law glass_law = stz_law(metallic_glass, StzParameters{}, Units{});
 
 inline Scene scene_on(const Grid& grid, Model model, const WallVelocity& walls, const Law& law = glass_law) {
-    return {.units = {}, .grid = grid, .law = law, .model = model, .walls = WallHistory(std::vector<WallKnot>{{0.0, walls}})};
+    return {.units = {}, .grid = grid, .law = law, .model = model, .walls = moving(walls)};
 }
 
 inline std::vector<Field*> fields_of(CellState& c) {

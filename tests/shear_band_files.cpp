@@ -123,17 +123,19 @@ struct Loading {
     [[nodiscard]] double strain(double t) const { // of the gap between walls that move oppositely
         return (u * std::min(t, jump) + after_u * std::max(t - jump, 0.0)) / (0.5 * height);
     }
+    [[nodiscard]] double opening(double t) const { return Loading{v, 0.0, jump, after_v, 0.0}.strain(t); }
 };
 
 void check_files(const fs::path& folder, const Loading& load, const std::string& internal, const std::string& suffix,
                  double hardening = 0.0) {
     const auto history = history_in(folder);
     const auto snapshots = snapshots_in(folder);
-    REQUIRE(history.size() == 13);
+    REQUIRE(history.size() == 15);
     REQUIRE(snapshots.size() == 3);
     const std::vector<double>& time = history.at("time_s");
     for (std::size_t k = 0; k < time.size(); ++k) {
         CHECK(history.at("wall_strain")[k] == doctest::Approx(load.strain(time[k])).epsilon(1e-12));
+        CHECK(history.at("wall_opening_strain")[k] == doctest::Approx(load.opening(time[k])).epsilon(1e-12));
         CHECK(history.at("step")[k] == static_cast<double>(k));
         CHECK(history.at("dt_s")[k] == doctest::Approx(k == 0 ? 0.0 : time[k] - time[k - 1]).epsilon(1e-9));
     }
@@ -168,6 +170,7 @@ void check_files(const fs::path& folder, const Loading& load, const std::string&
                   doctest::Approx(residual_of(s, width / cells_x, height / cells_y)).epsilon(1e-6).scale(1e-8));
         // the walls' rows of the velocity
         const double u = s.time < load.jump ? load.u : load.after_u, v = s.time < load.jump ? load.v : load.after_v;
+        CHECK(column("wall_strain_rate_1/s") == doctest::Approx(u / (0.5 * height)).epsilon(1e-12));
         for (const auto& [field, wall] : {std::pair{"velocity_x", u}, std::pair{"velocity_y", v}}) {
             REQUIRE(s.fields.at(field).size() == (cells_x + 1) * (cells_y + 1)); // the first column comes again as the last
             for (int i = 0; i <= cells_x; ++i) {

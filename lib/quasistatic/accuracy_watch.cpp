@@ -1,7 +1,9 @@
 #include <ductile/base/error.hpp>
 #include <ductile/quasistatic/accuracy_watch.hpp>
+#include <ductile/quasistatic/doubts.hpp>
 #include <ductile/quasistatic/projection.hpp>
 
+#include <cmath>
 #include <fmt/format.h>
 
 namespace ductile::quasistatic {
@@ -26,7 +28,23 @@ void AccuracyWatch::judge(const StepAttempt& attempt, double time, double dt) {
     }
 }
 
+void AccuracyWatch::observe_walls(const State& state) {
+    const int top = scene_.grid.cells_y;
+    const double speed = std::hypot(state.velocity.u(0, top), state.velocity.v(0, top)) * scene_.units.velocity();
+    if (!(speed < shear_wave_speed(scene_)))
+        throw RunError(
+            fmt::format("at t = {:.6g} s the walls run away under their load: they move at {:.4g} m/s, and shear waves at "
+                        "{:.4g} m/s: the material does not bear it; lower the traction",
+                        state.time * scene_.units.time, speed, shear_wave_speed(scene_)));
+    if (speed > wall_speed_) {
+        wall_speed_ = speed;
+        wall_speed_time_ = state.time;
+    }
+}
+
 void AccuracyWatch::observe(const State& state, bool last) {
+    if (scene_.walls.by_traction())
+        observe_walls(state);
     if (state.step % residual_interval != 0 && !last)
         return;
     const double residual = equilibrium_residual(scene_, state.cells, force_);
@@ -48,6 +66,10 @@ std::vector<std::string> AccuracyWatch::warnings() const {
             fmt::format("the stress is out of equilibrium by {:.2g} of itself from cell to cell at t = {:.6g} s: use "
                         "--operator exact",
                         residual_, residual_time_ * scene_.units.time));
+    if (wall_speed_ > inertial_wall_speed(scene_))
+        sentences.push_back(fmt::format("under their load the walls moved at {:.4g} m/s at t = {:.6g} s, and inertia, which is "
+                                        "left out here, counts from {:.3g} m/s on: lower the traction, or end the run earlier",
+                                        wall_speed_, wall_speed_time_ * scene_.units.time, inertial_wall_speed(scene_)));
     return sentences;
 }
 
@@ -56,7 +78,9 @@ std::vector<std::pair<std::string, double*>> AccuracyWatch::hidden_numbers() {
             {"largest_error_time", &error_time_},
             {"largest_error_step", &error_step_},
             {"largest_residual", &residual_},
-            {"largest_residual_time", &residual_time_}};
+            {"largest_residual_time", &residual_time_},
+            {"largest_wall_speed", &wall_speed_},
+            {"largest_wall_speed_time", &wall_speed_time_}};
 }
 
 } // namespace ductile::quasistatic

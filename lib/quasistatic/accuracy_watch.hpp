@@ -10,7 +10,7 @@ namespace ductile::quasistatic {
 
 /// What a run knows about its own accuracy, from every step and whatever rows it writes: the largest estimated error of a step
 /// (StepAttempt::error) and the largest residual of equilibrium (Projection: equilibrium_residual, looked at every few steps and
-/// at the end).
+/// at the end), and under force control the largest speed of the walls, which nobody prescribes.
 ///
 /// Errors of steps add up where the solution does not forget them, and grow where it localises; a single one of 0.1 s_Y is no
 /// answer any more, one of 0.01 must be known to whoever reads the numbers. The projection leaves a residual of round-off, or
@@ -28,7 +28,8 @@ public:
     /// Takes note of an attempted step of length dt from `time`. Throws RunError (figure, time, what to change) where its
     /// estimated error exceeds largest_error; the stepper then still has the state before it.
     void judge(const StepAttempt& attempt, double time, double dt);
-    /// Takes note of an accepted state, unless it is none of those that are looked at.
+    /// Takes note of an accepted state, unless it is none of those that are looked at. Throws RunError where walls under force
+    /// control outrun shear waves.
     void observe(const State& state, bool last);
 
     /// Sentences for the end of the run, with figures and what to change.
@@ -38,10 +39,13 @@ public:
     [[nodiscard]] std::vector<std::pair<std::string, double*>> hidden_numbers();
 
 private:
+    void observe_walls(const State& state);
+
     const Scene& scene_;
     VectorField force_; // room for the residual
     double error_ = 0.0, error_time_ = 0.0, error_step_ = 0.0;
     double residual_ = 0.0, residual_time_ = 0.0;
+    double wall_speed_ = 0.0, wall_speed_time_ = 0.0; // under force control
 };
 
 } // namespace ductile::quasistatic

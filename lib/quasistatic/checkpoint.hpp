@@ -8,7 +8,7 @@
 namespace ductile::quasistatic {
 
 /// The number of this program's checkpoint format, raised when its content changes.
-inline constexpr int checkpoint_format = 8;
+inline constexpr int checkpoint_format = 9;
 
 /// A field as files see it: without images and ghost rows.
 [[nodiscard]] inline io::ArrayView view(const Field& field) {

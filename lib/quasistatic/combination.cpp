@@ -6,6 +6,7 @@
 #include <array>
 #include <cassert>
 #include <cmath>
+#include <numbers>
 #include <vector>
 
 namespace ductile::quasistatic {
@@ -47,6 +48,13 @@ std::array<std::array<const double*, most_terms>, stress_fields> stress_rows_of(
     return {rate.p, rate.s, rate.tau, rate.q};
 }
 
+Velocity sum_walls(std::span<const Term> terms) {
+    Velocity sum;
+    for (const Term& term : terms)
+        sum = sum + term.factor * term.vector->wall;
+    return sum;
+}
+
 /// Row j of `out` from the field number `first` on.
 void combine_row(const Scene& scene, std::span<const Term> terms, int first, int j, CellState& out) {
     for (int k = first; k < out.count(); ++k) {
@@ -56,6 +64,17 @@ void combine_row(const Scene& scene, std::span<const Term> terms, int first, int
             store(sum_terms(terms, rows, i), target + i);
     }
     out.wrap_row(j);
+}
+
+/// The motion of walls under force control as the stress that it would make; the error of a traction that is held is zero, and
+/// the walls have it.
+double wall_measure(const Scene& scene, const Velocity& wall) {
+    const auto strain = [&](const WallControl& control, double motion) {
+        return control.by == WallControl::By::traction ? motion / (0.5 * scene.grid.height) : 0.0;
+    };
+    const double shear = strain(scene.walls.shear, wall.u), stretch = strain(scene.walls.opening, wall.v);
+    const IsotropicElasticity& c = scene.law->elasticity();
+    return std::hypot(std::numbers::sqrt2 * c.shear_modulus * shear, c.alpha() * stretch);
 }
 
 } // namespace
@@ -83,10 +102,12 @@ void combine(const Scene& scene, std::span<const Term> terms, const OpenRate& op
         all[terms.size()] = {open.fields, open.factor}; // the rates of internal variables are complete
         combine_row(scene, std::span(all).first(terms.size() + 1), stress_fields, j, out);
     });
+    out.wall = sum_walls(terms) + open.factor * open.fields->wall;
 }
 
 void combine(const Scene& scene, std::span<const Term> terms, CellState& out) {
     for_each_row({scene.grid.cells_y, scene.grid.cells_x}, [&](int j) { combine_row(scene, terms, 0, j, out); });
+    out.wall = sum_walls(terms);
 }
 
 void close_rate(const Scene& scene, const VectorField& velocity, CellState& rate) {
@@ -136,7 +157,7 @@ CombinationNorm norm(const Scene& scene, std::span<const Term> terms) {
             sum += sums[k];
         return std::sqrt(sum / (static_cast<double>(scene.grid.cells_x) * scene.grid.cells_y));
     };
-    CombinationNorm result{.stress = mean_root(0)};
+    CombinationNorm result{.stress = std::max(mean_root(0), wall_measure(scene, sum_walls(terms)))};
     for (std::size_t k = 0; k < variables.size(); ++k)
         if (const double internal = mean_root(1 + k) / variables[k].natural_scale(); !(internal <= result.internal))
             result.internal = internal; // NaN is kept

@@ -31,7 +31,9 @@ void close_rate(const Scene& scene, const VectorField& velocity, CellState& rate
 
 /// Norms (59) of a combination.
 struct CombinationNorm {
-    double stress = 0.0;   ///< Frobenius norm of the 3 x 3 stress, root mean square over the domain
+    /// Frobenius norm of the 3 x 3 stress, root mean square over the domain; or, if that is more, the stress that the motion of
+    /// walls under force control would make.
+    double stress = 0.0;
     double internal = 0.0; ///< root mean square of an internal variable in units of its scale, the largest of all
 
     [[nodiscard]] double largest() const { return std::max(stress, internal); }

@@ -34,9 +34,9 @@ private:
             return options;
         options.method = sundials::CvodeMethod::bdf;
         options.solver = sundials::CvodeSolver::krylov;
-        options.projection = [this](double, std::span<const double> y, std::span<double> correction) {
+        options.projection = [this](double t, std::span<const double> y, std::span<double> correction) {
             system_.unpack(y, stages_.stage());
-            system_.put_into_equilibrium(stages_.stage(), force_);
+            system_.put_into_equilibrium(stages_.stage(), t / system_.step_length(), force_);
             system_.pack(stages_.stage(), correction);
             std::ranges::transform(correction, y, correction.begin(), std::minus<>());
         };

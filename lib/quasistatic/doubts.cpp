@@ -17,28 +17,39 @@ double assumed_density() {
     return MaterialOptions{}.elasticity.shear_modulus * slowness * slowness;
 }
 
-double shear_wave_speed(const Options& o) { return std::sqrt(o.material.elasticity.shear_modulus / assumed_density()); }
-
 /// The longer side of a cell over the shorter one.
 double aspect_of(const Grid& grid) { return std::max(grid.dx() / grid.dy(), grid.dy() / grid.dx()); }
 
-/// The largest speed of a wall within the run [m/s].
+/// The largest speed of a wall within the run [m/s]; under force control, of an elastic one.
 double largest_wall_speed(const Options& o, const Scene& scene) {
-    double largest = 0.0;
-    for (const WallKnot& knot : scene.walls.knots())
-        if (knot.time * scene.units.time <= o.duration)
-            largest = std::max(largest, std::hypot(knot.value.u, knot.value.v));
-    return largest * scene.units.velocity();
+    const IsotropicElasticity& c = scene.law->elasticity();
+    const auto largest = [&](const WallControl& control, double modulus) {
+        double speed = 0.0;
+        for (const auto& knot : control.history.knots())
+            if (knot.time * scene.units.time <= o.duration)
+                speed = std::max(speed, std::abs(control.by == WallControl::By::velocity
+                                                     ? knot.value
+                                                     : control.history.slope(knot.time) * 0.5 * scene.grid.height / modulus));
+        return speed;
+    };
+    return std::hypot(largest(scene.walls.shear, c.shear_modulus), largest(scene.walls.opening, c.alpha())) *
+           scene.units.velocity();
 }
 
 } // namespace
 
+double shear_wave_speed(const Scene& scene) {
+    return std::sqrt(scene.law->elasticity().shear_modulus * scene.units.stress / assumed_density());
+}
+
+double inertial_wall_speed(const Scene& scene) { return 0.05 * shear_wave_speed(scene) / scene.law->elasticity().shear_modulus; }
+
 void check_meaning(const Options& o, const Scene& scene) {
-    const double wall = largest_wall_speed(o, scene), waves = shear_wave_speed(o);
+    const double wall = largest_wall_speed(o, scene), waves = shear_wave_speed(scene);
     if (!(wall < waves))
         throw InputError(
             fmt::format("the walls move at {:.4g} m/s, and shear waves at {:.4g} m/s (at {:.4g} kg/m^3): equilibrium "
-                        "has no meaning there; lower --wall-velocity or --wall-history",
+                        "has no meaning there; lower --wall-velocity or --wall-history, or load more slowly",
                         wall, waves, assumed_density()));
     if (!(aspect_of(scene.grid) < 1e6))
         throw InputError(
@@ -81,8 +92,8 @@ std::vector<std::string> doubts(const Options& o, const Scene& scene, const Cell
     }
     const double wall = largest_wall_speed(o, scene);
     const double to_yield = 0.5 * o.height / wall * o.material.yield_stress / o.material.elasticity.shear_modulus;
-    const double passage = o.height / shear_wave_speed(o);
-    if (wall > 0.0 && to_yield < 10.0 * passage)
+    const double passage = o.height / shear_wave_speed(scene);
+    if (wall > inertial_wall_speed(scene))
         found.push_back(
             fmt::format("walls at {:.4g} m/s load to yield in {:.3g} s, {:.3g} times the {:.3g} s that shear waves take "
                         "from wall to wall (at {:.4g} kg/m^3): inertia, which is left out here, counts; lower the "

@@ -6,14 +6,20 @@
 
 namespace ductile::quasistatic {
 
-/// Throws InputError where the scene has no meaning: numbers that overflow, cells a million times as long as high, or walls
-/// faster than shear waves. The density that decides on waves is not among the options: that of the metallic glass, 6134 kg/m^3,
+/// Of shear waves [m/s]. The density that decides on it is not among the options: it is that of the metallic glass, 6134 kg/m^3,
 /// which its t_s stands for.
+[[nodiscard]] double shear_wave_speed(const Scene& scene);
+/// Speed of a wall [m/s] that loads to yield in ten passages of shear waves from wall to wall: faster ones leave the stress no
+/// time to even out.
+[[nodiscard]] double inertial_wall_speed(const Scene& scene);
+
+/// Throws InputError where the scene has no meaning: numbers that overflow, cells a million times as long as high, or walls
+/// faster than shear waves.
 void check_meaning(const Options& options, const Scene& scene);
 
 /// Warnings, each a sentence with a figure, known before the first step: what the material has that no solid has; cells more than
 /// ten times as long as high, or the other way round; an effective temperature that starts below that of the bath, or a bath
-/// above the steady one; walls that load to yield in less than ten passages of shear waves from wall to wall.
+/// above the steady one; walls faster than inertial_wall_speed().
 [[nodiscard]] std::vector<std::string> doubts(const Options& options, const Scene& scene, const CellState& start);
 
 } // namespace ductile::quasistatic

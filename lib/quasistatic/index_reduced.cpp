@@ -17,11 +17,11 @@ struct Kept {
     CellState& rate; ///< complete
     VectorField& earlier_velocity;
     double &earlier_step, &relaxation;
-    double &wall_u, &wall_v; ///< that the rate belongs to; not a number before there is one
+    double &told_shear, &told_opening; ///< to the walls, for this rate; not a number before there is one
     std::span<double> of_method;
 };
 
-constexpr std::array own_numbers{"earlier_step", "relaxation", "rate_wall_u", "rate_wall_v"};
+constexpr std::array own_numbers{"earlier_step", "relaxation", "told_shear", "told_opening"};
 
 Kept kept_in(State& state) {
     std::vector<double>& n = state.memory.numbers;
@@ -52,21 +52,21 @@ void IndexReducedStepper::adopt(State& state) const {
     for (const std::string& name : method_->memory())
         state.memory.names.push_back(name);
     state.memory.numbers.assign(state.memory.names.size(), 0.0);
-    kept_in(state).wall_u = std::numeric_limits<double>::quiet_NaN();
+    kept_in(state).told_shear = std::numeric_limits<double>::quiet_NaN();
 }
 
 void IndexReducedStepper::provide_rate(State& state) {
     adopt(state);
     const Kept kept = kept_in(state);
     // also where the walls' velocity jumps at t_n: v and the rate jump with it
-    const WallVelocity wall = scene_.walls.after(state.time);
-    if (wall == WallVelocity{kept.wall_u, kept.wall_v})
+    const WallRates told = scene_.walls.after(state.time);
+    if (told == WallRates{kept.told_shear, kept.told_opening})
         return;
-    const RateReport report = system_.lines().evaluate(state.cells, wall, state.velocity, kept.rate);
+    const RateReport report = system_.lines().evaluate(state.cells, told, state.velocity, kept.rate);
     close_rate(scene_, state.velocity, kept.rate);
     kept.relaxation = report.largest_relaxation;
-    kept.wall_u = wall.u;
-    kept.wall_v = wall.v;
+    kept.told_shear = told.shear;
+    kept.told_opening = told.opening;
 }
 
 double IndexReducedStepper::time_scale(State& state) {
@@ -124,14 +124,14 @@ StepAttempt IndexReducedStepper::attempt(State& state, double dt, double end, co
 
 void IndexReducedStepper::accept(State& state, double dt, double end, double error) {
     const Kept kept = kept_in(state);
-    const WallVelocity wall = scene_.walls.before(end);
+    const WallRates told = scene_.walls.before(end);
     std::swap(state.cells, next_);
     std::swap(kept.rate, next_rate_);
     std::swap(kept.earlier_velocity, state.velocity);
     system_.swap_velocity(state.velocity);
     kept.relaxation = system_.latest().largest_relaxation;
-    kept.wall_u = wall.u;
-    kept.wall_v = wall.v;
+    kept.told_shear = told.shear;
+    kept.told_opening = told.opening;
     kept.earlier_step = dt;
     state.time = end;
     ++state.step;

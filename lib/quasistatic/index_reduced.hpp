@@ -10,8 +10,8 @@ namespace ductile::quasistatic {
 /// Makes the method of a stepper on its system.
 using MakeCellMethod = std::function<std::unique_ptr<CellMethod>(RateSystem& system)>;
 
-/// A one-step method on the index-reduced method of lines. The memory of its states: the complete rate and the motion of the
-/// walls that it belongs to, the velocity and the step before, the relaxation rate, and what the method remembers.
+/// A one-step method on the index-reduced method of lines. The memory of its states: the complete rate and what the
+/// walls were told for it, the velocity and the step before, the relaxation rate, and what the method remembers.
 class IndexReducedStepper final : public TimeStepper {
 public:
     IndexReducedStepper(std::string scheme, const Scene& scene, std::unique_ptr<EquilibriumSolver> solver,

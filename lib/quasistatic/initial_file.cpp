@@ -135,6 +135,7 @@ FileStart start_from_file(const Scene& scene, const std::filesystem::path& path,
     if (fields.values.size() == 1)
         return result;
     CellState& cells = result.state.cells;
+    cells.wall = {};
     const double inverse = 1.0 / scene.units.stress;
     for (const auto& [name, field] : {std::pair{"pressure", &cells.stress.p}, std::pair{"s", &cells.stress.s},
                                       std::pair{"tau", &cells.stress.tau}, std::pair{"q", &cells.stress.q}})
@@ -143,6 +144,7 @@ FileStart start_from_file(const Scene& scene, const std::filesystem::path& path,
     VectorField force(scene.grid);
     divergence(scene.grid, given, -1.0, force);
     (void)Projection(scene, solver).apply(force, {}, 1.0, cells);
+    bring_to_load(scene, 0.0, cells);
     const double square = square_of(given, nullptr);
     result.correction = square > 0.0 ? std::sqrt(square_of(cells.stress, &given) / square) : 0.0;
     return result;

@@ -17,8 +17,9 @@ struct FileStart {
 /// HDF5: datasets of rows [y][x] at the top, or in the last snapshot of a fields.h5; CSV: columns with a head, x and y of the
 /// cell centres [m] besides, row after row from below. Bilinear between cell centres, periodic in x, constant beyond the
 /// outermost in y. The stress is projected onto discrete equilibrium: what files hold is rounded, or interpolated, and obeys no
-/// grid's balance. Throws InputError, naming the file, for one that cannot be read, fields that are missing or of different
-/// shapes, places that are no grid of the scene's domain, and values that are not finite or that the law cannot begin with.
+/// grid's balance; walls under a traction then bring it to that. Throws InputError, naming the file, for one that cannot be read,
+/// fields that are missing or of different shapes, places that are no grid of the scene's domain, and values that are not finite
+/// or that the law cannot begin with.
 [[nodiscard]] FileStart start_from_file(const Scene& scene, const std::filesystem::path& file, EquilibriumSolver& solver);
 
 } // namespace ductile::quasistatic

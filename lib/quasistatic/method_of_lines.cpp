@@ -63,9 +63,11 @@ Comparison add_walls_and_compare(const Grid& grid, const WallVelocity& wall, con
 
 MethodOfLines::MethodOfLines(const Scene& scene, EquilibriumSolver& solver, const PassOptions& passes)
     : scene_(scene), solver_(solver), passes_(passes), next_velocity_(scene.grid), speed_scale_(0.0) {
-    for (const WallKnot& knot : scene.walls.knots())
-        speed_scale_ = std::max({speed_scale_, std::abs(knot.value.u), std::abs(knot.value.v)});
-    if (speed_scale_ == 0.0)
+    for (const WallControl* control : {&scene.walls.shear, &scene.walls.opening})
+        if (control->by == WallControl::By::velocity)
+            for (const auto& knot : control->history.knots())
+                speed_scale_ = std::max(speed_scale_, std::abs(knot.value));
+    if (speed_scale_ == 0.0 && !scene.walls.by_traction())
         speed_scale_ = 1.0; // walls at rest for ever: any scale will do
 }
 
@@ -83,7 +85,7 @@ void MethodOfLines::open_rate(CellState& cells, const VectorField& velocity, Cel
     rate_seconds_ += timer.lap();
 }
 
-RateReport MethodOfLines::evaluate(CellState& cells, const WallVelocity& wall, VectorField& velocity, CellState& rate) {
+RateReport MethodOfLines::evaluate(CellState& cells, const WallRates& told, VectorField& velocity, CellState& rate) {
     const bool transported = scene_.model == Model::full;
     if (transported)
         extrapolate_to_ghost_rows(cells);
@@ -94,13 +96,17 @@ RateReport MethodOfLines::evaluate(CellState& cells, const WallVelocity& wall, V
     while (true) {
         Timer timer;
         report.largest_relaxation = sweep_rates(cells, velocity, rate);
+        rate.wall = wall_velocity(scene_, told, rate.stress);
         rate_seconds_ += timer.lap();
         solver_.solve(next_velocity_, WallData::zero);
         ++report.solves;
         ++solves_;
         solve_seconds_ += timer.lap();
-        const Comparison comparison = add_walls_and_compare(scene_.grid, wall, velocity, next_velocity_);
-        report.velocity_change = comparison.change / speed_scale_;
+        const Comparison comparison = add_walls_and_compare(scene_.grid, rate.wall, velocity, next_velocity_);
+        double scale = speed_scale_;
+        if (scene_.walls.by_traction()) // nobody knows beforehand how fast they will be
+            scale = std::max(scale, comparison.courant_rate * std::min(scene_.grid.dx(), scene_.grid.dy()));
+        report.velocity_change = scale > 0.0 ? comparison.change / scale : 0.0;
         report.courant_rate = transported ? comparison.courant_rate : 0.0;
         std::swap(velocity, next_velocity_);
         rate_seconds_ += timer.lap();

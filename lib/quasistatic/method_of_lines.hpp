@@ -21,7 +21,7 @@ struct RateReport {
 
 /// The index-reduced method of lines. div sigma = 0 is a linear, constant constraint in which v is the multiplier:
 ///   f(sigma, chi, v) = spin - advection - C : D^pl        (pointwise; Eqs. 5, 6, 20)
-///   K v = -B^T f(sigma, chi, v),  v = wall velocity on the walls
+///   K v = -B^T f(sigma, chi, v),  v = wall velocity on the walls, prescribed or (walls.hpp) from the mean of f
 ///   d sigma/dt = f + C : D(v),   d chi/dt = F - v . grad chi
 /// so that d(B^T sigma)/dt = 0 identically for K = B^T C B, and any Runge-Kutta method keeps B^T sigma at round-off.
 /// v in f enters through spin and advection only; the fixed point v -> K^-1(-B^T f(v)) contracts by about s_Y/mu = 0.02-0.03.
@@ -29,15 +29,16 @@ class MethodOfLines {
 public:
     MethodOfLines(const Scene& scene, EquilibriumSolver& solver, const PassOptions& passes);
 
-    /// Evaluates at the state `cells` (ghost rows are refreshed) with walls moving at `wall`. `velocity` holds a guess on entry
-    /// (any wall rows) and v on exit; `rate` receives f: the caller adds C : D(v) in its next sweep (combine, close_rate).
-    /// Throws RunError when f is not finite; `velocity` then holds rubbish.
-    RateReport evaluate(CellState& cells, const WallVelocity& wall, VectorField& velocity, CellState& rate);
+    /// Evaluates at the state `cells` (ghost rows are refreshed) with walls that are told `told`. `velocity` holds a guess on
+    /// entry (any wall rows) and v on exit; `rate` receives f, and how the walls move: the caller adds C : D(v) in its next sweep
+    /// (combine, close_rate). Throws RunError when f is not finite; `velocity` then holds rubbish.
+    RateReport evaluate(CellState& cells, const WallRates& told, VectorField& velocity, CellState& rate);
 
     /// f alone at a given velocity (wall rows included), without a solve: `rate` receives it.
     void open_rate(CellState& cells, const VectorField& velocity, CellState& rate);
 
-    [[nodiscard]] double speed_scale() const { return speed_scale_; } ///< U
+    /// U; zero if all walls that move are under force control.
+    [[nodiscard]] double speed_scale() const { return speed_scale_; }
     [[nodiscard]] long long evaluations() const { return evaluations_; }
     [[nodiscard]] long long solves() const { return solves_; }
     [[nodiscard]] double rate_seconds() const { return rate_seconds_; }
@@ -51,7 +52,7 @@ private:
     EquilibriumSolver& solver_;
     PassOptions passes_;
     VectorField next_velocity_; // force, then the new velocity of a pass
-    double speed_scale_;        // U: the largest wall speed of the history
+    double speed_scale_;        // U: the largest wall speed that is prescribed
     long long evaluations_ = 0, solves_ = 0;
     double rate_seconds_ = 0.0, solve_seconds_ = 0.0;
 };

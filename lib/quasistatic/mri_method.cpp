@@ -32,7 +32,7 @@ public:
         const std::span<double> values = stages_.begin(step);
         mri_.integrate(values, 0.0, step.dt);
         system_.unpack(values, step.next);
-        system_.put_into_equilibrium(step.next, force_); // splitting leaves the constraint by its error
+        system_.put_into_equilibrium(step.next, 1.0, force_); // splitting leaves the constraint by its error
         return stages_.finish(step);
     }
     [[nodiscard]] time::InnerCounts inner_counts() const override { return {mri_.counts().steps, mri_.counts().rejected}; }

@@ -40,6 +40,12 @@ void declare_domain(io::Program& program, Options& o) {
                    help("piecewise-linear velocity of the upper wall instead: knots time:u or time:u:v, separated by commas; u "
                         "shears, v opens; two knots at one time are a jump",
                         "s, m/s"));
+    program.option("--shear-traction", o.shear_traction,
+                   help("walls under force control instead: the mean tau on them, one number from the start on, or knots "
+                        "time:traction, separated by commas",
+                        "s, Pa"));
+    program.option("--normal-traction", o.normal_traction,
+                   help("the same for the mean sigma_yy, tension positive; the gap opens and closes as it takes", "s, Pa"));
 }
 
 void declare_model(io::Program& program, Options& o) {
@@ -141,18 +147,44 @@ void declare(io::Program& program, Options& options) {
     declare_output(program, options);
 }
 
+namespace {
+
+Walls make_walls(const Options& o, const Units& units) {
+    const bool shear_moves = o.shear_traction.empty();
+    std::vector<WallKnot> knots =
+        (o.wall_history.empty() ? WallHistory({shear_moves ? o.wall_velocity : 0.0, 0.0}) : parse_wall_history(o.wall_history))
+            .knots();
+    for (WallKnot& knot : knots) {
+        if ((!shear_moves && knot.value.u != 0.0) || (!o.normal_traction.empty() && knot.value.v != 0.0))
+            throw InputError(fmt::format("--wall-history {}: {} is under force control ({}), and cannot have a velocity besides",
+                                         o.wall_history, shear_moves ? "opening" : "shear",
+                                         shear_moves ? "--normal-traction" : "--shear-traction"));
+        knot = {knot.time / units.time, knot.value / units.velocity()};
+    }
+    Walls walls = moving(WallHistory(std::move(knots)));
+    const auto force_control = [&](const char* option, const std::string& text, WallControl& control) {
+        if (text.empty())
+            return;
+        std::vector<History<double>::Knot> tractions = parse_traction_history(option, text).knots();
+        for (auto& knot : tractions)
+            knot = {knot.time / units.time, knot.value / units.stress};
+        control = {WallControl::By::traction, History<double>(std::move(tractions))};
+    };
+    force_control("--shear-traction", o.shear_traction, walls.shear);
+    force_control("--normal-traction", o.normal_traction, walls.opening);
+    return walls;
+}
+
+} // namespace
+
 Scene make_scene(const Options& o) {
     const Units units = natural_units(o.material, length_unit(o));
-    std::vector<WallKnot> knots =
-        (o.wall_history.empty() ? WallHistory({o.wall_velocity, 0.0}) : parse_wall_history(o.wall_history)).knots();
-    for (WallKnot& knot : knots)
-        knot = {knot.time / units.time, knot.value / units.velocity()};
     Scene scene{
         .units = units,
         .grid = {.cells_x = o.cells.x, .cells_y = o.cells.y, .width = o.width / units.length, .height = o.height / units.length},
         .law = make_law(o.material, units),
         .model = o.model,
-        .walls = WallHistory(std::move(knots))};
+        .walls = make_walls(o, units)};
     check(scene.grid);
     check_memory(scene.grid, o.scheme);
     return scene;
@@ -279,18 +311,23 @@ run::Outputs make_outputs(const Options& o, const Scene& scene, double start) {
 
 std::string describe(const Options& o, const Scene& scene, const TimeStepper& stepper, int threads) {
     const Grid& g = scene.grid;
-    const double strain_rate = scene.walls.after(0.0).u / (0.5 * g.height) / scene.units.time;
+    const auto driven = [&](const WallControl& control, const std::string& traction) {
+        return control.by == WallControl::By::traction
+                   ? fmt::format("under {} Pa", traction)
+                   : fmt::format("at {:.3g} 1/s", control.history.after(0.0) / (0.5 * g.height) / scene.units.time);
+    };
     const std::string unknowns = fmt::format("{} velocities, {} cell values", 2LL * g.cells_x * (g.cells_y - 1),
                                              (4LL + std::ssize(scene.law->variables())) * g.cells_x * g.cells_y);
     return fmt::format(
         "grid      {} x {} cells on {} x {} m; {}\n"
-        "material  {}; shear rate {:.3g} 1/s\n"
+        "material  {}\n"
+        "walls     shear {}, open {}\n"
         "model     {}; {}, {} steps; {} solver, {} operator\n"
         "memory    about {:.0f} MB; {} thread{}\n",
-        g.cells_x, g.cells_y, o.width, o.height, unknowns, describe(o.material), strain_rate,
-        scene.model == Model::full ? "full" : "reduced", scheme_named(o.scheme).meaning,
-        o.step == StepChoice::fixed ? "fixed" : "adaptive", o.solver == SolverKind::cholesky ? "cholesky" : "fourier",
-        o.stiffness == Stiffness::exact ? "exact" : "fully integrated",
+        g.cells_x, g.cells_y, o.width, o.height, unknowns, describe(o.material), driven(scene.walls.shear, o.shear_traction),
+        driven(scene.walls.opening, o.normal_traction), scene.model == Model::full ? "full" : "reduced",
+        scheme_named(o.scheme).meaning, o.step == StepChoice::fixed ? "fixed" : "adaptive",
+        o.solver == SolverKind::cholesky ? "cholesky" : "fourier", o.stiffness == Stiffness::exact ? "exact" : "fully integrated",
         (static_cast<double>(stepper.memory_bytes()) + overhead_bytes(g)) * 1e-6, threads, threads == 1 ? "" : "s");
 }
 

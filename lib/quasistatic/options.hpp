@@ -33,6 +33,7 @@ struct Options {
 
     double wall_velocity = 2e-7 * 0.01 / 4.05e-6; ///< 2e-7 L/t_s
     std::string wall_history;                     ///< replaces wall_velocity unless empty
+    std::string shear_traction, normal_traction;  ///< unless empty, force control of that component
 
     std::string scheme = "auto"; ///< see schemes()
     Stiffness stiffness = Stiffness::exact;

@@ -14,6 +14,7 @@ void plastic_rate(const Scene& scene, const CellState& cells, CellState& rate) {
         (void)scene.law->add_flow_rates(scene.grid.cells_x, flow_rows(cells, j), flow_rows(rate, j));
         rate.wrap_row(j);
     });
+    rate.wall = {};
 }
 
 Rk21Counts relax(const Scene& scene, CellState& sources, double duration, const Rk21Options& options, CellState& cells) {
@@ -29,6 +30,7 @@ Rk21Counts relax(const Scene& scene, CellState& sources, double duration, const 
             sources.wrap_row(j);
         },
         [](Rk21Counts& total, const Rk21Counts& part) { total.add(part); });
+    sources.wall = cells.wall + duration * sources.wall;
     std::swap(cells, sources);
     return counts;
 }

@@ -40,6 +40,8 @@ State start(const io::Program& program, const Options& options, const Scene& sce
 
 int run_program(const io::Program& program, const Options& options) {
     // scene, steps, initial or restored state: all input is checked before anything is written
+    if (!options.shear_traction.empty() && !program.has_default("--wall-velocity"))
+        throw InputError("--wall-velocity and --shear-traction: walls are sheared by one of them");
     const Scene scene = make_scene(options);
     check_meaning(options, scene);
     StepControl control = make_step_control(options, scene);

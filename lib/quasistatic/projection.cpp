@@ -49,14 +49,16 @@ double correct_row(const Scene& scene, const VectorField& phi, const StressCompo
 Projection::Projection(const Scene& scene, EquilibriumSolver& solver)
     : scene_(&scene), solver_(&solver), row_measure_(static_cast<std::size_t>(scene.grid.cells_y)) {}
 
-double Projection::apply(VectorField& force, const WallVelocity& wall_gradient, double dt, CellState& cells) {
+double Projection::apply(VectorField& force, const WallVelocity& wall, double dt, CellState& cells) {
     Timer timer;
     solver_->solve(force, WallData::zero);
     ++solves_;
     solve_seconds_ += timer.lap();
 
-    const StressComponents<Pack> wall_rate = elastic_rate(
-        scene_->law->elasticity(), VelocityGradient<Pack>{Pack(0.0), Pack(wall_gradient.u), Pack(0.0), Pack(wall_gradient.v)});
+    const double half_height = 0.5 * scene_->grid.height;
+    const StressComponents<Pack> wall_rate =
+        elastic_rate(scene_->law->elasticity(),
+                     VelocityGradient<Pack>{Pack(0.0), Pack(wall.u / half_height), Pack(0.0), Pack(wall.v / half_height)});
     for_each_row({scene_->grid.cells_y, scene_->grid.cells_x}, [&](int j) {
         row_measure_[static_cast<std::size_t>(j)] = correct_row(*scene_, force, wall_rate, dt, j, cells.stress);
     });
@@ -66,6 +68,16 @@ double Projection::apply(VectorField& force, const WallVelocity& wall_gradient, 
         sum += row;
     update_seconds_ += timer.lap();
     return std::sqrt(sum * scene_->grid.cell_area() / scene_->grid.area());
+}
+
+double Projection::measure_of(const WallVelocity& wall, double dt) const {
+    const double half_height = 0.5 * scene_->grid.height;
+    const IsotropicElasticity& c = scene_->law->elasticity();
+    const StressComponents<double> rate =
+        elastic_rate(c, VelocityGradient<double>{0.0, wall.u / half_height, 0.0, wall.v / half_height});
+    return dt / c.shear_modulus *
+           std::sqrt(rate.s * rate.s + rate.tau * rate.tau + 3.0 * rate.q * rate.q +
+                     c.shear_modulus / c.bulk_modulus * rate.p * rate.p);
 }
 
 double equilibrium_residual(const Scene& scene, const CellState& cells, VectorField& force) {

@@ -80,18 +80,28 @@ StepAttempt ProjectionStepper::attempt(State& state, double dt, double end, cons
     Timer timer;
     adopt(state);
     const int top = scene_.grid.cells_y;
-    const WallVelocity wall = scene_.walls.mean(state.time, end);
     const VectorField* velocity = &state.velocity;
     CellState* transported = &state.cells;
+    WallVelocity elastic_past = elastic_walls(state.time > 0.0 ? scene_.walls.before(state.time) : scene_.walls.after(0.0));
     if (extrapolated() && earlier_in(state).last_step > 0.0) {
         const auto [earlier, last_step] = earlier_in(state);
         const auto [earlier_velocity, step_before] = earlier_velocity_in(state);
         const double half = 0.5 * dt / last_step;
         combine(scene_, std::array{Term{&state.cells, 1.0 + half}, Term{&earlier, -half}}, middle_);
         transported = &middle_;
-        extrapolate(earlier_velocity, state.velocity, (dt + last_step) / (last_step + step_before), base_velocity_);
+        const double weight = (dt + last_step) / (last_step + step_before);
+        extrapolate(earlier_velocity, state.velocity, weight, base_velocity_);
+        const double before = state.time - last_step - 0.5 * step_before; // the middle of the step before
+        elastic_past = elastic_past + weight * (elastic_past - elastic_walls(scene_.walls.after(before)));
         velocity = &base_velocity_;
     }
+    // walls under force control: the elastic part of their velocity jumps with the rate of the traction, the rest goes on
+    const WallVelocity jump = elastic_walls(scene_.walls.after(state.time)) - elastic_past;
+    const auto expected = [&](const WallControl& control, double past, double jump_of_component) {
+        return control.by == WallControl::By::velocity ? control.history.mean(state.time, end) : past + jump_of_component;
+    };
+    WallVelocity wall{expected(scene_.walls.shear, velocity->u(0, top), jump.u),
+                      expected(scene_.walls.opening, velocity->v(0, top), jump.v)};
     const WallVelocity change{wall.u - velocity->u(0, top), wall.v - velocity->v(0, top)};
     if (change != WallVelocity{}) {
         if (velocity != &base_velocity_)
@@ -116,25 +126,39 @@ StepAttempt ProjectionStepper::attempt(State& state, double dt, double end, cons
         throw fail("the plastic flow of a cell is not finite, or its substep shrank below 1e-12 of the step");
 
     const bool incremental = predictor_ == Predictor::incremental;
-    const double half_height = 0.5 * scene_.grid.height;
-    const WallVelocity wall_gradient = incremental ? WallVelocity{} : WallVelocity{wall.u / half_height, wall.v / half_height};
+    WallVelocity added = incremental ? WallVelocity{} : wall; // that the predictor left out
+    if (scene_.walls.by_traction()) {
+        const WallVelocity forced =
+            wall_velocity_between(scene_, mean_traction(scene_, next_.stress), wanted_traction(scene_, end), dt);
+        if (scene_.walls.shear.by == WallControl::By::traction)
+            added.u = forced.u;
+        if (scene_.walls.opening.by == WallControl::By::traction)
+            added.v = forced.v;
+        wall = incremental ? wall + added : added;
+    }
+    next_.wall = state.cells.wall + dt * wall;
     StepAttempt result;
     try {
-        result.measure = projection_.apply(correction_, wall_gradient, dt, next_);
+        result.measure = projection_.apply(correction_, added, dt, next_);
+        if (incremental)
+            result.measure = std::hypot(result.measure, projection_.measure_of(added, dt));
     } catch (const RunError& error) {
         throw fail(error.what());
     }
     timer.lap();
+    add_affine_velocity(scene_.grid, added, correction_);
     if (incremental)
         add_rows(*velocity, correction_);
-    else
-        add_affine_velocity(scene_.grid, wall, correction_);
     velocity_seconds_ += timer.lap();
     result.error = estimate_error(state, dt, wall, result.measure, counts);
     result.accepted = judge(result);
     if (result.accepted)
         accept(state, dt, end);
     return result;
+}
+
+WallVelocity ProjectionStepper::elastic_walls(const WallRates& told) const {
+    return wall_velocity_between(scene_, {}, {told.shear, told.opening}, 1.0);
 }
 
 double ProjectionStepper::estimate_error(State& state, double dt, const WallVelocity& wall, double measure,

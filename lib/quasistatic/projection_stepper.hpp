@@ -29,6 +29,8 @@ enum class Transport { frozen, extrapolated };
 ///   sigma_n + dt/(2 dt_n) (sigma_n - sigma_{n-1}),  q = v_n + (dt + dt_n)/(dt_n + dt_{n-1}) (v_n - v_{n-1}),
 /// so that spin and advection, frozen over a step, are right to second order. The first step has no past and is the paper's.
 /// Walls that change their velocity shift q by an affine field first; the wall velocity of a step is its mean over the step.
+/// Walls under force control move such that the mean of sigma_{n+1} is the traction at the end of the step (walls.hpp): the
+/// affine field that takes belongs to the correction.
 ///
 /// The error of a step (StepAttempt::error) is estimated from what the step finds anyway, in the norm (59), as a sum of
 /// - what the pointwise integration leaves, where it integrates: sqrt(10) E (A + R) of the worst substep, E by (B.2): an error of
@@ -57,6 +59,8 @@ public:
     [[nodiscard]] std::size_t memory_bytes() const override;
 
 private:
+    /// Of walls under force control, if nothing flowed.
+    [[nodiscard]] WallVelocity elastic_walls(const WallRates& told) const;
     [[nodiscard]] double estimate_error(State& state, double dt, const WallVelocity& wall, double measure,
                                         const Rk21Counts& counts);
     [[nodiscard]] double change_of_increment(State& state, double dt);

@@ -25,7 +25,7 @@ time::OpenRate<CellState> RateSystem::evaluate(CellState& cells, double fraction
     stage_ = (stage_ + 1) % stage_velocity_.size();
     std::erase_if(sequence_, [&](const TimedVelocity& earlier) { return earlier.velocity == &velocity; });
     guess_velocity(fraction, velocity);
-    latest_ = lines_.evaluate(cells, wall_velocity(fraction), velocity, rate);
+    latest_ = lines_.evaluate(cells, told(fraction), velocity, rate);
     // what is as late or later, of two stages at one time or of a trial that an integrator gave up, is replaced
     while (sequence_.back().fraction >= fraction && sequence_.size() > 1)
         sequence_.pop_back();
@@ -53,13 +53,14 @@ void RateSystem::combine(std::span<const time::Term<CellState>> terms, time::Ope
 
 double RateSystem::norm(std::span<const time::Term<CellState>> terms) { return quasistatic::norm(scene_, terms).largest(); }
 
-void RateSystem::put_into_equilibrium(CellState& cells, VectorField& force) {
+void RateSystem::put_into_equilibrium(CellState& cells, double fraction, VectorField& force) {
     divergence(scene_.grid, cells.stress, -1.0, force);
     (void)projection_.apply(force, {}, 1.0, cells);
+    bring_to_load(scene_, stage_time(fraction), cells);
 }
 
-void RateSystem::solve(VectorField& force) {
-    solver_.solve(force, WallData::zero);
+void RateSystem::solve(VectorField& force, WallData walls) {
+    solver_.solve(force, walls);
     ++counts_.elliptic_solves;
 }
 

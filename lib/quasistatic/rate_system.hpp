@@ -27,8 +27,8 @@ public:
     /// Exchanges it for another's values.
     void swap_velocity(VectorField& other) { std::swap(*sequence_.back().velocity, other); }
     [[nodiscard]] const RateReport& latest() const { return latest_; }
-    /// Of the walls at stage_time(fraction).
-    [[nodiscard]] WallVelocity wall_velocity(double fraction) const { return scene_.walls.before(stage_time(fraction)); }
+    /// What the walls are told at stage_time(fraction).
+    [[nodiscard]] WallRates told(double fraction) const { return scene_.walls.before(stage_time(fraction)); }
 
     [[nodiscard]] CellState make() const override { return CellState(scene_); }
     time::OpenRate<CellState> evaluate(CellState& cells, double fraction, CellState& rate) override;
@@ -46,10 +46,11 @@ public:
 
     // what a method may want that does more than integrate rates
 
-    /// Takes the part of the stress that is out of equilibrium away; `force` is room to work in.
-    void put_into_equilibrium(CellState& cells, VectorField& force);
+    /// Takes the part of the stress that is out of equilibrium away, with itself or with the load of the walls at
+    /// stage_time(fraction); `force` is room to work in.
+    void put_into_equilibrium(CellState& cells, double fraction, VectorField& force);
     /// K v = force, which v takes the place of.
-    void solve(VectorField& force);
+    void solve(VectorField& force, WallData walls);
     void count_substeps(const Rk21Counts& substeps);
 
     [[nodiscard]] const Scene& scene() const { return scene_; }

@@ -70,25 +70,30 @@ public:
         for (const InternalVariable& variable : scene_.law->variables())
             columns.insert(columns.end(),
                            {fmt::format("smallest_{}", column_name(variable)), fmt::format("largest_{}", column_name(variable))});
-        columns.insert(columns.end(), {"plastic_fraction", "equilibrium_residual", "step_measure"});
+        columns.insert(columns.end(), {"plastic_fraction", "equilibrium_residual", "step_measure", "wall_opening_strain",
+                                       "wall_strain_rate_1/s"});
         return columns;
     }
 
     void row(std::vector<double>& values) override {
         const Units& u = scene_.units;
         const Observables o = quasistatic::observe(scene_, state_.cells);
-        const double strain = scene_.walls.displacement(state_.time).u / (0.5 * scene_.grid.height);
-        values.insert(values.end(),
-                      {time_s(), static_cast<double>(state_.step), last_dt_ * u.time, strain, o.wall_traction * u.stress,
-                       o.normal_traction * u.stress, o.mean_magnitude * u.stress, o.largest_magnitude * u.stress});
+        const double half_height = 0.5 * scene_.grid.height;
+        const Velocity walls = wall_displacement(scene_, state_);
+        values.insert(values.end(), {time_s(), static_cast<double>(state_.step), last_dt_ * u.time, walls.u / half_height,
+                                     o.wall_traction * u.stress, o.normal_traction * u.stress, o.mean_magnitude * u.stress,
+                                     o.largest_magnitude * u.stress});
         const auto variables = scene_.law->variables();
         for (std::size_t k = 0; k < variables.size(); ++k)
             values.insert(values.end(), {o.smallest_internal[k] * variables[k].natural_unit,
                                          o.largest_internal[k] * variables[k].natural_unit});
-        values.insert(values.end(), {o.plastic_fraction, equilibrium_residual(scene_, state_.cells, force_), last_measure_});
+        values.insert(values.end(), {o.plastic_fraction, equilibrium_residual(scene_, state_.cells, force_), last_measure_,
+                                     walls.v / half_height, state_.velocity.u(0, scene_.grid.cells_y) / half_height / u.time});
     }
 
     [[nodiscard]] run::Curve curve() const override {
+        if (scene_.walls.shear.by == WallControl::By::traction)
+            return {"time_s", "wall_strain", "time [s]", "wall strain", 1.0};
         return {"wall_strain", "wall_shear_traction_Pa", "wall strain", "shear traction on the wall [MPa]", 1e-6};
     }
 

@@ -24,13 +24,14 @@ struct Scene {
     Grid grid;
     Law law; ///< made with these units
     Model model = Model::full;
-    WallHistory walls;
+    Walls walls = {};
 };
 
 /// The fields at cell centres that the constitutive law evolves; two ghost rows for transport.
 struct CellState {
     StressField stress;          ///< [N][M] each, units of stress
     std::vector<Field> internal; ///< [N][M] each, the law's internal variables
+    Velocity wall;               ///< displacement of the upper wall; in a rate, its velocity
 
     CellState() = default;
     CellState(const Grid& grid, std::size_t variables);

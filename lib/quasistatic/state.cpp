@@ -35,9 +35,23 @@ NamedFields named_fields(const Scene& scene, State& state) {
 
 std::vector<std::pair<std::string, double*>> named_numbers(State& state) {
     std::vector<std::pair<std::string, double*>> list{{"time", &state.time}};
+    const auto append_wall = [&](const std::string& prefix, Velocity& wall) {
+        list.emplace_back(prefix + "wall_x", &wall.u);
+        list.emplace_back(prefix + "wall_y", &wall.v);
+    };
+    append_wall("", state.cells.wall);
+    for (auto& [name, cells] : state.memory.cells)
+        append_wall(name + "_", cells.wall);
     for (std::size_t k = 0; k < state.memory.numbers.size(); ++k)
         list.emplace_back(state.memory.names[k], &state.memory.numbers[k]);
     return list;
+}
+
+Velocity wall_displacement(const Scene& scene, const State& state) {
+    const auto component = [&](const WallControl& control, double integrated) { // what is prescribed is known exactly
+        return control.by == WallControl::By::velocity ? control.history.displacement(state.time) : integrated;
+    };
+    return {component(scene.walls.shear, state.cells.wall.u), component(scene.walls.opening, state.cells.wall.v)};
 }
 
 State initial_state(const Scene& scene, const Field& internal) {
@@ -55,7 +69,8 @@ State initial_state(const Scene& scene, const Field& internal) {
                 std::fill_n(state.cells.internal[k].row(j), grid.cells_x, variables[k].start / variables[k].natural_unit);
             state.cells.internal[k].wrap_row(j);
         }
-    add_affine_velocity(grid, scene.walls.after(0.0), state.velocity);
+    bring_to_load(scene, 0.0, state.cells);
+    add_affine_velocity(grid, wall_velocity(scene, scene.walls.after(0.0), CellState(scene).stress), state.velocity);
     return state;
 }
 

@@ -25,12 +25,16 @@ struct State {
     Memory memory = {}; ///< empty until a scheme makes steps from here
 };
 
+/// Of the upper wall since time 0.
+[[nodiscard]] Velocity wall_displacement(const Scene& scene, const State& state);
+
 /// All fields and numbers of a state, its memory included, by their names in files.
 [[nodiscard]] std::vector<std::pair<std::string, Field*>> named_fields(const Scene& scene, State& state);
 [[nodiscard]] std::vector<std::pair<std::string, double*>> named_numbers(State& state);
 
-/// State at rest in stress: zero stress, affine velocity between the walls (Sec. 8). The law's first internal variable is given,
-/// [N][M]; the others are what they start with. Throws InputError for a law without a rate form.
+/// State at rest: zero stress, or the uniform one of walls under a traction from the start on; affine velocity between the walls
+/// (Sec. 8). The law's first internal variable is given, [N][M]; the others are what they start with. Throws InputError for a law
+/// without a rate form.
 [[nodiscard]] State initial_state(const Scene& scene, const Field& internal);
 
 } // namespace ductile::quasistatic

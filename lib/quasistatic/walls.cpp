@@ -1,12 +1,49 @@
 #include <ductile/base/error.hpp>
-#include <ductile/quasistatic/walls.hpp>
+#include <ductile/base/threads.hpp>
+#include <ductile/material/point_rates.hpp>
+#include <ductile/quasistatic/scene.hpp>
 
 #include <charconv>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <string>
 #include <vector>
 
 namespace ductile::quasistatic {
+
+namespace {
+
+/// Knots of numbers separated by colons, at most three, as many as they have.
+std::vector<std::vector<double>> parse_knots(std::string_view text, const auto& fail) {
+    std::vector<std::vector<double>> knots;
+    std::string_view rest = text;
+    for (bool more = !text.empty(); more;) { // a knot follows every comma
+        const auto comma = rest.find(',');
+        const std::string_view part = rest.substr(0, comma);
+        more = comma != std::string_view::npos;
+        if (more)
+            rest.remove_prefix(comma + 1);
+        std::vector<double>& values = knots.emplace_back();
+        const char* cursor = part.data();
+        const char* const end = part.data() + part.size();
+        while (values.size() < 3) {
+            double value = 0.0;
+            const auto [stop, status] = std::from_chars(cursor, end, value);
+            if (status != std::errc{})
+                throw fail(part);
+            values.push_back(value);
+            cursor = stop;
+            if (cursor == end || *cursor != ':')
+                break;
+            ++cursor;
+        }
+        if (cursor != end)
+            throw fail(part);
+    }
+    return knots;
+}
+
+} // namespace
 
 WallHistory parse_wall_history(std::string_view text) {
     const auto fail = [&](std::string_view part) {
@@ -16,36 +53,106 @@ WallHistory parse_wall_history(std::string_view text) {
                         part, text));
     };
     std::vector<WallKnot> knots;
-    std::string_view rest = text;
-    for (bool more = !text.empty(); more;) { // a knot follows every comma
-        const auto comma = rest.find(',');
-        const std::string_view part = rest.substr(0, comma);
-        more = comma != std::string_view::npos;
-        if (more)
-            rest.remove_prefix(comma + 1);
-        double values[3] = {0.0, 0.0, 0.0};
-        int count = 0;
-        const char* cursor = part.data();
-        const char* const end = part.data() + part.size();
-        while (count < 3) {
-            const auto [stop, status] = std::from_chars(cursor, end, values[count]);
-            if (status != std::errc{})
-                throw fail(part);
-            ++count;
-            cursor = stop;
-            if (cursor == end || *cursor != ':')
-                break;
-            ++cursor;
-        }
-        if (cursor != end || count < 2)
-            throw fail(part);
-        knots.push_back({values[0], {values[1], values[2]}});
+    for (const std::vector<double>& values : parse_knots(text, fail)) {
+        if (values.size() < 2)
+            throw fail(fmt::format("{:g}", values[0]));
+        knots.push_back({values[0], {values[1], values.size() > 2 ? values[2] : 0.0}});
     }
     try {
         return WallHistory(std::move(knots));
     } catch (const InputError& error) {
         throw InputError(fmt::format("--wall-history: {}", error.what()));
     }
+}
+
+History<double> parse_traction_history(std::string_view option, std::string_view text) {
+    const auto fail = [&](std::string_view part) {
+        return InputError(
+            fmt::format("{}: cannot read '{}' in '{}': give one traction in Pa, or knots time:traction in s and Pa, "
+                        "separated by commas, e.g. 0:0,0.01:4e8",
+                        option, part, text));
+    };
+    const std::vector<std::vector<double>> rows = parse_knots(text, fail);
+    std::vector<History<double>::Knot> knots;
+    for (const std::vector<double>& values : rows) {
+        if (values.size() != 2 && !(values.size() == 1 && rows.size() == 1))
+            throw fail(fmt::format("{}", fmt::join(values, ":")));
+        knots.push_back(values.size() == 2 ? History<double>::Knot{values[0], values[1]} : History<double>::Knot{0.0, values[0]});
+    }
+    for (std::size_t k = 1; k < knots.size(); ++k)
+        if (knots[k].time == knots[k - 1].time && knots[k].value != knots[k - 1].value)
+            throw InputError(fmt::format("{}: the traction jumps at t = {:g} s: only the first load may be sudden; ramp it, from "
+                                         "{:g}:{:g} to a little later",
+                                         option, knots[k].time, knots[k - 1].time, knots[k - 1].value));
+    try {
+        return History<double>(std::move(knots));
+    } catch (const InputError& error) {
+        throw InputError(fmt::format("{}: {}", option, error.what()));
+    }
+}
+
+MeanTraction mean_traction(const Scene& scene, const StressField& stress) {
+    const Grid& grid = scene.grid;
+    std::vector<MeanTraction> rows(static_cast<std::size_t>(grid.cells_y));
+    for_each_row({grid.cells_y, grid.cells_x}, [&](int j) {
+        const double *p = stress.p.row(j), *s = stress.s.row(j), *tau = stress.tau.row(j), *q = stress.q.row(j);
+        MeanTraction& row = rows[static_cast<std::size_t>(j)];
+        for (int i = 0; i < grid.cells_x; ++i) {
+            row.shear += tau[i];
+            row.normal -= p[i] + s[i] + q[i];
+        }
+    });
+    MeanTraction total; // row after row, so that the result does not depend on the number of threads
+    for (const MeanTraction& row : rows) {
+        total.shear += row.shear;
+        total.normal += row.normal;
+    }
+    const double cells = static_cast<double>(grid.cells_x) * grid.cells_y;
+    return {total.shear / cells, total.normal / cells};
+}
+
+WallVelocity wall_velocity_between(const Scene& scene, const MeanTraction& mean, const MeanTraction& wanted, double dt) {
+    const IsotropicElasticity& c = scene.law->elasticity();
+    const auto velocity = [&](const WallControl& control, double change, double modulus) {
+        return control.by == WallControl::By::traction ? 0.5 * scene.grid.height * change / (modulus * dt) : 0.0;
+    };
+    return {velocity(scene.walls.shear, wanted.shear - mean.shear, c.shear_modulus),
+            velocity(scene.walls.opening, wanted.normal - mean.normal, c.alpha())};
+}
+
+WallVelocity wall_velocity(const Scene& scene, const WallRates& told, const StressField& open_rate) {
+    WallVelocity velocity{told.shear, told.opening};
+    if (!scene.walls.by_traction())
+        return velocity;
+    const WallVelocity forced = wall_velocity_between(scene, mean_traction(scene, open_rate), {told.shear, told.opening}, 1.0);
+    if (scene.walls.shear.by == WallControl::By::traction)
+        velocity.u = forced.u;
+    if (scene.walls.opening.by == WallControl::By::traction)
+        velocity.v = forced.v;
+    return velocity;
+}
+
+MeanTraction wanted_traction(const Scene& scene, double time) {
+    return {scene.walls.shear.history.after(time), scene.walls.opening.history.after(time)};
+}
+
+void bring_to_load(const Scene& scene, double time, CellState& cells) {
+    if (!scene.walls.by_traction())
+        return;
+    const WallVelocity motion =
+        wall_velocity_between(scene, mean_traction(scene, cells.stress), wanted_traction(scene, time), 1.0);
+    const double half_height = 0.5 * scene.grid.height;
+    const StressComponents<double> change =
+        elastic_rate(scene.law->elasticity(), VelocityGradient<double>{0.0, motion.u / half_height, 0.0, motion.v / half_height});
+    for_each_row({scene.grid.cells_y, scene.grid.cells_x}, [&](int j) {
+        for (const auto& [field, value] : {std::pair{&cells.stress.p, change.p}, std::pair{&cells.stress.s, change.s},
+                                           std::pair{&cells.stress.tau, change.tau}, std::pair{&cells.stress.q, change.q}}) {
+            for (int i = 0; i < scene.grid.cells_x; ++i)
+                (*field)(i, j) += value;
+            field->wrap_row(j);
+        }
+    });
+    cells.wall = cells.wall + motion;
 }
 
 } // namespace ductile::quasistatic

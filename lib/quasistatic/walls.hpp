@@ -1,11 +1,15 @@
 #pragma once
-#include <ductile/scene/history.hpp>
+#include <ductile/scene/walls.hpp>
+#include <ductile/space/field.hpp>
 
 #include <string_view>
 
 namespace ductile::quasistatic {
 
-/// Velocity of the upper wall; the lower wall moves with the opposite velocity. u shears, v opens (positive) or closes the gap.
+struct Scene;
+struct CellState;
+
+/// Of the upper wall; the lower wall moves with the opposite velocity. u shears, v opens (positive) or closes the gap.
 using WallVelocity = Velocity;
 using WallHistory = History<WallVelocity>;
 using WallKnot = WallHistory::Knot;
@@ -13,5 +17,33 @@ using WallKnot = WallHistory::Knot;
 /// Reads "t:u" or "t:u:v" knots separated by commas (s, m/s), e.g. "0:5e-4,0.7:5e-4,0.7:-5e-4".
 /// Throws InputError quoting the part that is wrong.
 [[nodiscard]] WallHistory parse_wall_history(std::string_view text);
+/// Reads one traction for all times, or "t:traction" knots without jumps (s, Pa); `option` is named in messages. Throws
+/// InputError quoting the part that is wrong.
+[[nodiscard]] History<double> parse_traction_history(std::string_view option, std::string_view text);
+
+/// Force control. The walls add the uniform rate C : D_w to that of the stress, and the rest of C : D(v), of a velocity that
+/// vanishes on them, has no mean in tau and sigma_yy: the sums of its differences over the cells of a column, or a row, cancel.
+/// So the mean stress, which is the traction in equilibrium, obeys
+///   d<tau>/dt = <f_tau> + mu U/(H/2),   d<sigma_yy>/dt = <f_yy> + (K + 4 mu/3) V/(H/2),
+/// for f all else that changes it, and what the traction is to do says how the walls move; their motion is known to be affine
+/// without another elliptic solution, because the moduli are the same everywhere.
+
+/// Mean of tau and of sigma_yy over all cells.
+struct MeanTraction {
+    double shear = 0.0, normal = 0.0;
+};
+[[nodiscard]] MeanTraction mean_traction(const Scene& scene, const StressField& stress);
+
+/// The velocity that changes the tractions that are controlled from `mean` to `wanted` in the time dt; zero of other components.
+[[nodiscard]] WallVelocity wall_velocity_between(const Scene& scene, const MeanTraction& mean, const MeanTraction& wanted,
+                                                 double dt);
+/// The velocity of both components that `told` asks for where everything else changes the stress at the rate `open_rate`.
+[[nodiscard]] WallVelocity wall_velocity(const Scene& scene, const WallRates& told, const StressField& open_rate);
+/// The tractions that are controlled, at a time.
+[[nodiscard]] MeanTraction wanted_traction(const Scene& scene, double time);
+
+/// Moves the walls at once, and hence elastically, to where the tractions that are controlled are those of a time: the stress
+/// changes by a uniform one.
+void bring_to_load(const Scene& scene, double time, CellState& cells);
 
 } // namespace ductile::quasistatic

@@ -23,6 +23,7 @@ struct Velocity {
 [[nodiscard]] inline Velocity operator*(double factor, const Velocity& a) { return {factor * a.u, factor * a.v}; }
 [[nodiscard]] inline Velocity operator/(const Velocity& a, double divisor) { return {a.u / divisor, a.v / divisor}; }
 [[nodiscard]] inline bool is_finite(const Velocity& a) { return std::isfinite(a.u) && std::isfinite(a.v); }
+[[nodiscard]] inline bool is_finite(double a) { return std::isfinite(a); }
 
 /// What changes with time as prescribed: linear between knots, constant before the first and after the last. Two knots at one
 /// time are a jump. Any consistent units; `Value` has the operators and is_finite() above.
@@ -77,14 +78,11 @@ public:
     /// Just after `time`.
     [[nodiscard]] Value after(double time) const { return at(later(time), time); }
     /// Just before `time`: differs from after() at a jump only.
-    [[nodiscard]] Value before(double time) const { return at(std::ranges::lower_bound(knots_, time, {}, &Knot::time), time); }
+    [[nodiscard]] Value before(double time) const { return at(not_earlier(time), time); }
     /// The derivative just after `time`.
-    [[nodiscard]] Value slope(double time) const {
-        const auto next = later(time);
-        if (next == knots_.begin() || next == knots_.end())
-            return {};
-        return ((next->value - (next - 1)->value)) / (next->time - (next - 1)->time);
-    }
+    [[nodiscard]] Value slope(double time) const { return slope_at(later(time)); }
+    /// Just before `time`: differs from slope() at a knot only.
+    [[nodiscard]] Value slope_before(double time) const { return slope_at(not_earlier(time)); }
     /// Of a velocity, from time 0 to `time`; none before.
     [[nodiscard]] Value displacement(double time) const { return time <= 0.0 ? Value{} : time * mean(0.0, time); }
     /// The smallest knot time that lies after `time`, infinity if there is none: steps land on it.
@@ -111,6 +109,12 @@ private:
         return a.value + ((time - a.time) / (b.time - a.time)) * (b.value - a.value);
     }
     [[nodiscard]] Place later(double time) const { return std::ranges::upper_bound(knots_, time, {}, &Knot::time); }
+    [[nodiscard]] Place not_earlier(double time) const { return std::ranges::lower_bound(knots_, time, {}, &Knot::time); }
+    [[nodiscard]] Value slope_at(Place next) const {
+        if (next == knots_.begin() || next == knots_.end())
+            return {};
+        return ((next->value - (next - 1)->value)) / (next->time - (next - 1)->time);
+    }
     [[nodiscard]] Value at(Place next, double time) const {
         if (next == knots_.begin())
             return knots_.front().value;

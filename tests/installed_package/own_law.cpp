@@ -42,7 +42,7 @@ void shear() {
     const double end = 35e4;
     for (int n = 0; n < 700; ++n)
         stepper->attempt(state, end / 700, (n + 1) * end / 700, [](const StepAttempt&) { return true; });
-    const double mu = scene.law->elasticity().shear_modulus, rate = scene.walls.after(0.0).u / (0.5 * scene.grid.height);
+    const double mu = scene.law->elasticity().shear_modulus, rate = scene.walls.after(0.0).shear / (0.5 * scene.grid.height);
     const double expected = stress_by_ode(
         voce, end, [&](double) { return mu * rate; }, 2.0 * mu, 1.0);
     const double found = observe(scene, state.cells).wall_traction;
