@@ -4,11 +4,11 @@
 #include "messages.hpp"
 #include <ductile/base/error.hpp>
 #include <ductile/quasistatic/accuracy_watch.hpp>
-#include <ductile/quasistatic/combination.hpp>
 #include <ductile/quasistatic/index_reduced.hpp>
 #include <ductile/quasistatic/initial.hpp>
 #include <ductile/quasistatic/options.hpp>
 #include <ductile/quasistatic/step_control.hpp>
+#include <ductile/space/space.hpp>
 
 #include <cmath>
 #include <doctest/doctest.h>
@@ -23,12 +23,12 @@ constexpr double U = 2e-7, T = 35e4;
 constexpr int instants = 840; ///< of the reference
 
 double error_of(const Scene& scene, CellState& a, CellState& b) {
-    const CombinationNorm n = norm(scene, std::array{Term{&a, 1.0}, Term{&b, -1.0}});
+    const CombinationNorm n = fields::norm(scene, std::array{Space::Term{&a, 1.0}, Space::Term{&b, -1.0}});
     return std::max(n.stress, n.internal / fields::stz.variables()[0].natural_scale());
 }
 
 std::vector<CellState> reference(const Scene& scene, const State& start) {
-    fields::Stepping stepper(make_stepper("dormand-prince", scene, fields::solver_for(scene),
+    fields::Stepping stepper(make_stepper("dormand-prince", scene, fields::space_for(scene),
                                           {.passes = {.largest = 6, .tolerance = 1e-9}, .tolerance = 1e-7}),
                              start);
     StepControl control(scene.grid, ErrorSteps{.tolerance = 1e-7, .order = 5});
@@ -61,8 +61,9 @@ Outcome fixed_run(const std::string& scheme, const Scene& scene, const State& st
     Options options;
     options.scheme = scheme;
     options.step = StepChoice::fixed;
-    fields::Stepping stepper(make_time_stepper(options, scene), start);
-    AccuracyWatch watch(scene);
+    fields::Stepping stepper(make_time_stepper(options, scene, fields::space_for(scene)), start);
+    const auto space = fields::space_for(scene);
+    AccuracyWatch watch(scene, *space);
     Outcome outcome;
     const double dt = T / steps;
     try {
@@ -87,7 +88,7 @@ TEST_SUITE("accuracy") {
     TEST_CASE_FIXTURE(fields::OneThread, "a run with equal steps of any length ends right, or says that it does not") {
         for (const Model model : {Model::reduced, Model::full}) {
             const Scene scene = fields::scene_on({12, 10, 2.0, 2.0}, model, {U, 0.0});
-            const State start = initial_state(
+            const State start = fields::initial_state(
                 scene, initial_internal(scene.grid, PaperPattern{640. / 21000, 180. / 21000}, scene.law->variables()[0]));
             std::vector<CellState> exact = reference(scene, start);
             for (const Scheme& scheme : schemes()) {
@@ -114,7 +115,8 @@ TEST_SUITE("accuracy") {
 
     TEST_CASE_FIXTURE(fields::OneThread, "what is known to be doubtful is said with figure, time and remedy") {
         const Scene scene = fields::scene_on({8, 6, 2.0, 2.0}, Model::full, {U, 0.0});
-        AccuracyWatch watch(scene);
+        const auto space = fields::space_for(scene);
+        AccuracyWatch watch(scene, *space);
         const double second = 1.0 / scene.units.time;
         watch.judge({.error = 0.0099}, 10.0 * second, 2.0 * second);
         CHECK(watch.warnings().empty());
@@ -130,14 +132,14 @@ TEST_SUITE("accuracy") {
         CHECK(watch.warnings().size() == 1);
 
         // a stress out of equilibrium, at a step that is looked at, and at one that is not unless it is the last
-        State state = initial_state(scene, initial_internal(scene.grid, Uniform{0.03}, scene.law->variables()[0]));
+        State state = fields::initial_state(scene, initial_internal(scene.grid, Uniform{0.03}, scene.law->variables()[0]));
         for (Field* f : {&state.cells.stress.tau, &state.cells.stress.p})
             for (int j = 0; j < 6; ++j)
                 for (int i = 0; i < 8; ++i)
                     (*f)(i, j) = f == &state.cells.stress.tau ? 1.0 : 0.01 * ((i + j) % 3);
         fields::wrap(state.cells.stress.p);
         fields::wrap(state.cells.stress.tau);
-        AccuracyWatch other(scene);
+        AccuracyWatch other(scene, *space);
         state.step = AccuracyWatch::residual_interval + 1;
         state.time = 7.0 * second;
         other.observe(state, false);
@@ -146,13 +148,13 @@ TEST_SUITE("accuracy") {
         REQUIRE(other.warnings().size() == 1);
         CHECK(contains(other.warnings()[0], "t = 7 s"));
         CHECK(contains(other.warnings()[0], "--operator exact"));
-        AccuracyWatch third(scene);
+        AccuracyWatch third(scene, *space);
         state.step = 5 * AccuracyWatch::residual_interval;
         third.observe(state, false);
         CHECK(third.warnings() == other.warnings());
 
         // what a restart restores
-        AccuracyWatch again(scene);
+        AccuracyWatch again(scene, *space);
         const auto from = watch.hidden_numbers(), to = again.hidden_numbers();
         for (std::size_t k = 0; k < from.size(); ++k)
             *to[k].second = *from[k].second;

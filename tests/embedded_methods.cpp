@@ -2,9 +2,9 @@
 // that estimates are measured in, and the scheme that changes between two of them.
 #include "fields.hpp"
 #include <ductile/base/error.hpp>
-#include <ductile/quasistatic/combination.hpp>
 #include <ductile/quasistatic/initial.hpp>
 #include <ductile/quasistatic/options.hpp>
+#include <ductile/space/space.hpp>
 
 #include <cmath>
 #include <doctest/doctest.h>
@@ -78,13 +78,13 @@ double tall_tree(const Pair& pair, const std::vector<double>& weights) {
 
 fields::Stepping stepper_for(const std::string& scheme, const Scene& scene, const State& start, const PassOptions& passes = {},
                              double tolerance = 1e-4) {
-    return {make_stepper(scheme, scene, fields::solver_for(scene), {.passes = passes, .tolerance = tolerance}), start};
+    return {make_stepper(scheme, scene, fields::space_for(scene), {.passes = passes, .tolerance = tolerance}), start};
 }
 
 Law elastic() { return perzyna_law(fields::metallic_glass, {.yield_stress = 1e30}, Units{}); }
 
 State uniform(const Scene& scene, double internal) {
-    return initial_state(scene, initial_internal(scene.grid, Uniform{internal}, scene.law->variables()[0]));
+    return fields::initial_state(scene, initial_internal(scene.grid, Uniform{internal}, scene.law->variables()[0]));
 }
 
 void fill(Field& field, double value) {
@@ -185,7 +185,7 @@ TEST_SUITE("embedded_methods") {
                 stress += xx * xx + yy * yy + zz * zz + 2.0 * tau * tau;
                 internal += at(4) * at(4);
             }
-        const CombinationNorm n = norm(scene, std::array{Term{&a, 0.7}, Term{&b, -1.9}});
+        const CombinationNorm n = fields::norm(scene, std::array{Space::Term{&a, 0.7}, Space::Term{&b, -1.9}});
         CHECK(n.stress == doctest::Approx(std::sqrt(stress / 65.0)).epsilon(1e-13));
         CHECK(n.internal * fields::stz.variables()[0].natural_scale() ==
               doctest::Approx(std::sqrt(internal / 65.0)).epsilon(1e-13));
@@ -231,7 +231,7 @@ TEST_SUITE("embedded_methods") {
 
     TEST_CASE_FIXTURE(fields::OneThread, "the line through two velocities is so good a guess that one pass suffices") {
         const Scene scene = fields::scene_on({12, 10, 2.0, 2.0}, Model::full, {U, 0.0});
-        State start = initial_state(
+        State start = fields::initial_state(
             scene,
             initial_internal(scene.grid, RandomField{.mean = 0.033, .deviation = 0.0015, .correlation_length = 0.25, .seed = 5},
                              scene.law->variables()[0]));
@@ -260,7 +260,7 @@ TEST_SUITE("embedded_methods") {
         const auto with = [&](double tolerance) {
             return solves(stepper_for("bogacki-shampine", scene, start, {.largest = 4, .tolerance = tolerance}));
         };
-        const long long program = solves({make_time_stepper(options, scene), start});
+        const long long program = solves({make_time_stepper(options, scene, fields::space_for(scene)), start});
         CHECK(program == with(1e-7));
         CHECK(program < with(1e-9));
         CHECK(program > with(1e-5));
@@ -269,7 +269,7 @@ TEST_SUITE("embedded_methods") {
     TEST_CASE_FIXTURE(fields::OneThread, "auto is bogacki-shampine to the last bit where nothing is stiff") {
         for (const Model model : {Model::reduced, Model::full}) {
             const Scene scene = fields::scene_on({20, 16, 2.0, 2.0}, model, {U, 0.0});
-            const State start = initial_state(
+            const State start = fields::initial_state(
                 scene, initial_internal(scene.grid, PaperPattern{640. / 21000, 180. / 21000}, scene.law->variables()[0]));
             std::array<State, 2> ends;
             for (std::size_t k = 0; k < 2; ++k) {
@@ -292,7 +292,7 @@ TEST_SUITE("embedded_methods") {
         Scene scene = fields::scene_on({8, 6, 2.0, 2.0}, Model::full, {U, 0.0});
         const double stop = 30e4;
         scene.walls = moving(WallHistory({{0.0, {U, 0.0}}, {stop, {U, 0.0}}, {stop, {-U, 0.0}}})); // elastic again from there
-        const State start = initial_state(
+        const State start = fields::initial_state(
             scene, initial_internal(scene.grid, PaperPattern{1100. / 21000, 100. / 21000}, scene.law->variables()[0]));
         const auto run_with = [&](const std::string& scheme, double tolerance, double end, long long& evaluations) {
             auto stepper = stepper_for(scheme, scene, start, {.largest = 4, .tolerance = 0.1 * tolerance}, tolerance);

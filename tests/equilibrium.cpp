@@ -1,8 +1,8 @@
 #include "messages.hpp"
 #include <ductile/base/threads.hpp>
-#include <ductile/equilibrium/cholesky.hpp>
-#include <ductile/equilibrium/solver.hpp>
-#include <ductile/equilibrium/stencil.hpp>
+#include <ductile/space/cholesky.hpp>
+#include <ductile/space/equilibrium_solver.hpp>
+#include <ductile/space/stencil.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,5 @@
 #pragma once
 #include <ductile/base/threads.hpp>
-#include <ductile/equilibrium/solver.hpp>
 #include <ductile/material/perzyna.hpp>
 #include <ductile/material/stz.hpp>
 #include <ductile/quasistatic/projection_stepper.hpp>
@@ -133,9 +132,25 @@ inline void check_uniform(const Field& f, double value, double bound) {
     CHECK(worst <= bound);
 }
 
-inline std::unique_ptr<EquilibriumSolver> solver_for(const Scene& scene, Stiffness stiffness = Stiffness::exact) {
-    return make_equilibrium_solver({.grid = scene.grid, .elasticity = scene.law->elasticity(), .stiffness = stiffness},
-                                   SolverKind::fastest);
+inline std::unique_ptr<Space> space_for(const Scene& scene, Stiffness stiffness = Stiffness::exact) {
+    return make_space(scene, SolverKind::fastest, stiffness);
+}
+
+// the verbs of a space of its own each
+
+inline State initial_state(const Scene& scene, const Field& internal) {
+    return quasistatic::initial_state(scene, *space_for(scene), internal);
+}
+inline CellState cells_of(const Scene& scene) { return space_for(scene)->make_cells(); }
+inline Observables observe(const Scene& scene, const CellState& cells) { return space_for(scene)->observe(cells); }
+inline double equilibrium_residual(const Scene& scene, const CellState& cells, VectorField& force) {
+    return space_for(scene)->equilibrium_residual(cells.stress, force);
+}
+inline CombinationNorm norm(const Scene& scene, std::span<const Space::Term> terms) { return space_for(scene)->norm(terms); }
+inline Rk21Counts predict(const Scene& scene, Predictor predictor, const CellState& now, CellState& transported,
+                          const VectorField& velocity, double dt, const Rk21Options& options, CellState& next,
+                          VectorField& force) {
+    return space_for(scene)->predict(predictor, now, transported, velocity, dt, options, next, force);
 }
 
 /// A stepper with the one state that it leads on.
@@ -163,7 +178,7 @@ private:
 inline Stepping stepper_for(const Scene& scene, Predictor predictor, const State& start, double factor = 1e-7,
                             Transport transport = Transport::frozen) {
     return {std::make_unique<ProjectionStepper>(scene, predictor, PointwiseTolerance{PointwiseTolerance::Scale::step, factor},
-                                                solver_for(scene), transport),
+                                                space_for(scene), transport),
             start};
 }
 

@@ -27,11 +27,11 @@ Scene scene_under(const WallControl& shear, const WallControl& opening, Model mo
 
 State rough_start(const Scene& scene) {
     const RandomField rough{.mean = 0.033, .deviation = 0.0015, .correlation_length = 0.25, .seed = 5};
-    return initial_state(scene, initial_internal(scene.grid, rough, scene.law->variables()[0]));
+    return fields::initial_state(scene, initial_internal(scene.grid, rough, scene.law->variables()[0]));
 }
 
 State even_start(const Scene& scene, double chi) {
-    return initial_state(scene, initial_internal(scene.grid, Uniform{chi}, scene.law->variables()[0]));
+    return fields::initial_state(scene, initial_internal(scene.grid, Uniform{chi}, scene.law->variables()[0]));
 }
 
 struct Tried {
@@ -42,7 +42,7 @@ struct Tried {
 
 /// Steps of equal length to `end`, past which the state is returned.
 State integrate(const Tried& scheme, const Scene& scene, State state, double end, int steps) {
-    const auto stepper = make_stepper(scheme.name, scene, fields::solver_for(scene),
+    const auto stepper = make_stepper(scheme.name, scene, fields::space_for(scene),
                                       {.passes = {.largest = 10, .tolerance = 1e-11},
                                        .tolerance = 1e-7,
                                        .fixed_steps = scheme.fixed,
@@ -126,11 +126,11 @@ TEST_SUITE("force_control") {
                                     {"mri", true, 1e-3}}) {
             CAPTURE(scheme.name);
             const State final_state = integrate(scheme, scene, rough_start(scene), end, 200);
-            const MeanTraction mean = mean_traction(scene, final_state.cells.stress);
+            const MeanTraction mean = fields::space_for(scene)->mean_traction(final_state.cells.stress);
             CHECK(std::abs(mean.shear - 1.1) < 1e-11);
             CHECK(std::abs(mean.normal + 0.2) < 1e-11);
             VectorField room(scene.grid);
-            CHECK(equilibrium_residual(scene, final_state.cells, room) < 1e-10);
+            CHECK(fields::equilibrium_residual(scene, final_state.cells, room) < 1e-10);
             const Velocity walls = wall_displacement(scene, final_state);
             if (reference == 0.0) {
                 reference = walls.u;
@@ -149,7 +149,7 @@ TEST_SUITE("force_control") {
         const int steps = 800;
         Scene scene = scene_under({By::traction, History<double>(Knots{{0.0, 0.0}, {0.4 * end, 1.05}, {end, 1.12}})},
                                   {By::traction, History<double>(0.0)});
-        const auto stepper = make_stepper("incremental", scene, fields::solver_for(scene), {});
+        const auto stepper = make_stepper("incremental", scene, fields::space_for(scene), {});
         State state = rough_start(scene);
         std::vector<WallKnot> knots;
         Velocity before;
@@ -164,7 +164,7 @@ TEST_SUITE("force_control") {
         }
         scene.walls = moving(WallHistory(knots));
         const State again = integrate({"incremental", true, 0.0}, scene, rough_start(scene), end, steps);
-        const MeanTraction mean = mean_traction(scene, again.cells.stress);
+        const MeanTraction mean = fields::space_for(scene)->mean_traction(again.cells.stress);
         CHECK(mean.shear == doctest::Approx(1.12).epsilon(1e-4));
         CHECK(std::abs(mean.normal) < 1e-4);
     }

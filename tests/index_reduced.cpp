@@ -1,9 +1,9 @@
 #include "fields.hpp"
 #include <ductile/base/error.hpp>
-#include <ductile/quasistatic/combination.hpp>
 #include <ductile/quasistatic/initial.hpp>
 #include <ductile/quasistatic/schemes.hpp>
 #include <ductile/quasistatic/step_control.hpp>
+#include <ductile/space/space.hpp>
 
 #include <cmath>
 #include <doctest/doctest.h>
@@ -18,19 +18,19 @@ constexpr double mu = 37.4 / 0.85, U = 2e-7;
 constexpr const char* fused_schemes[] = {"ralston", "bogacki-shampine", "dormand-prince", "chebyshev"};
 
 fields::Stepping stepper_for(const char* scheme, const Scene& scene, const State& start, const PassOptions& passes = {}) {
-    return {make_stepper(scheme, scene, fields::solver_for(scene), {.passes = passes}), start};
+    return {make_stepper(scheme, scene, fields::space_for(scene), {.passes = passes}), start};
 }
 
 fields::Stepping sundials_for(const char* scheme, const Scene& scene, const State& start, double tolerance,
                               bool fixed_steps = false, const PassOptions& passes = {.largest = 10, .tolerance = 1e-11}) {
-    return {make_stepper(scheme, scene, fields::solver_for(scene),
+    return {make_stepper(scheme, scene, fields::space_for(scene),
                          {.passes = passes, .tolerance = tolerance, .fixed_steps = fixed_steps}),
             start};
 }
 
 State at_rest(const Scene& scene) {
     const RandomField rough{.mean = 0.033, .deviation = 0.0015, .correlation_length = 0.25, .seed = 5};
-    return initial_state(scene, initial_internal(scene.grid, rough, scene.law->variables()[0]));
+    return fields::initial_state(scene, initial_internal(scene.grid, rough, scene.law->variables()[0]));
 }
 
 /// A state that flows plastically everywhere and stays so: smooth in time, without the corner at yield.
@@ -80,13 +80,12 @@ TEST_SUITE("index_reduced") {
 
             State state = start;
             CellState rate(grid, 1), end(grid, 1);
-            const auto solver = fields::solver_for(scene);
-            MethodOfLines lines(scene, *solver,
-                                {.largest = 1}); // one pass: spin and advection by v_n, as the projection has them
+            const auto space = fields::space_for(scene);
+            MethodOfLines lines(scene, *space, {.largest = 1}); // one pass: spin and advection by v_n, as the projection has them
             lines.evaluate(state.cells, scene.walls.after(0.0), state.velocity, rate);
             CHECK(lines.solves() == 1);
-            const std::array terms{Term{&start.cells, 1.0}};
-            combine(scene, terms, {&rate, &state.velocity, dt}, end);
+            const std::array terms{Space::Term{&start.cells, 1.0}};
+            space->combine(terms, {&rate, &state.velocity, dt}, end);
             state.cells = end;
             const Distance d = distance(state, projected);
             CHECK(d.stress < 1e-13);
@@ -101,10 +100,10 @@ TEST_SUITE("index_reduced") {
         const State start = fields::run(scene, Predictor::incremental, flowing(scene), 5000.0, 20);
         const auto velocity_after = [&](const PassOptions& passes, RateReport& report) {
             State state = start;
-            add_affine_velocity(scene.grid, {0.1 * U, 0.05 * U}, state.velocity); // a poor guess
+            fields::space_for(scene)->add_affine({0.1 * U, 0.05 * U}, state.velocity); // a poor guess
             CellState rate(scene.grid, 1);
-            const auto solver = fields::solver_for(scene);
-            report = MethodOfLines(scene, *solver, passes).evaluate(state.cells, scene.walls.after(0.0), state.velocity, rate);
+            const auto space = fields::space_for(scene);
+            report = MethodOfLines(scene, *space, passes).evaluate(state.cells, scene.walls.after(0.0), state.velocity, rate);
             return state;
         };
         RateReport report;
@@ -181,12 +180,12 @@ TEST_SUITE("index_reduced") {
                     REQUIRE(++rejected < 100);
                     continue;
                 }
-                worst = std::max(worst, equilibrium_residual(scene, stepper.state().cells, force));
+                worst = std::max(worst, fields::equilibrium_residual(scene, stepper.state().cells, force));
             }
             CHECK(worst < 1e-12);
             CHECK(stepper.state().time == 3e5);
             CHECK(stepper.state().step < 400);
-            CHECK(observe(scene, stepper.state().cells).plastic_fraction > 0.5);
+            CHECK(fields::observe(scene, stepper.state().cells).plastic_fraction > 0.5);
         }
     }
 
@@ -196,7 +195,7 @@ TEST_SUITE("index_reduced") {
                                    "substepped", "incremental", "extrapolated"}) {
             CAPTURE(scheme);
             auto plain = stepper_for(scheme, scene, flowing(scene));
-            const auto disturbed = make_stepper(scheme, scene, fields::solver_for(scene), {});
+            const auto disturbed = make_stepper(scheme, scene, fields::space_for(scene), {});
             State state = flowing(scene), other = at_rest(scene);
             const auto step = [&](State& s, double dt, bool accepted) {
                 return disturbed->attempt(s, dt, s.time + dt, [=](const StepAttempt&) { return accepted; });
@@ -235,7 +234,7 @@ TEST_SUITE("index_reduced") {
         State with = earlier.state(), bare = earlier.state();
         bare.memory = {};
         for (State* state : {&with, &bare})
-            (void)make_stepper("ralston", scene, fields::solver_for(scene), {})
+            (void)make_stepper("ralston", scene, fields::space_for(scene), {})
                 ->attempt(*state, 100.0, 300.0, [](const StepAttempt&) { return true; });
         CHECK(fields::same_bits(with, bare));
         CHECK(with.memory.scheme == "ralston");
@@ -326,7 +325,7 @@ TEST_SUITE("index_reduced") {
                 CHECK(d.stress < 100.0 * tolerance);
                 CHECK(d.internal < 10.0 * tolerance);
                 CHECK(d.velocity < 100.0 * tolerance);
-                CHECK(equilibrium_residual(scene, stepper.state().cells, force) < 1e-13);
+                CHECK(fields::equilibrium_residual(scene, stepper.state().cells, force) < 1e-13);
                 CHECK(stepper.counts().inner_steps > 5);
                 if (coarse > 0.0)
                     CHECK((d.stress < 0.05 * coarse || d.stress < 1e-8));
@@ -344,7 +343,7 @@ TEST_SUITE("index_reduced") {
             auto stepper = sundials_for("mri", scene, start, 1e-12, true);
             for (int n = 1; n <= steps; ++n)
                 stepper.advance(4000.0 / steps, n * 4000.0 / steps);
-            CHECK(equilibrium_residual(scene, stepper.state().cells, force) < 1e-13);
+            CHECK(fields::equilibrium_residual(scene, stepper.state().cells, force) < 1e-13);
             CHECK(stepper.counts().pointwise_substeps > steps);
             return distance(stepper.state(), exact);
         };
@@ -361,9 +360,9 @@ TEST_SUITE("index_reduced") {
             const Scene scene = fields::scene_on(grid, model, {speed_u, speed_v});
             State state = at_rest(scene); // elastic: the velocity is affine, largest on the walls
             CellState rate(grid, 1);
-            const auto solver = fields::solver_for(scene);
+            const auto space = fields::space_for(scene);
             const RateReport report =
-                MethodOfLines(scene, *solver, {}).evaluate(state.cells, scene.walls.after(0.0), state.velocity, rate);
+                MethodOfLines(scene, *space, {}).evaluate(state.cells, scene.walls.after(0.0), state.velocity, rate);
             const double expected = model == Model::full ? U / grid.dx() + 0.4 * U / grid.dy() : 0.0;
             CHECK(std::abs(report.courant_rate - expected) < 1e-9 * U / grid.dx());
         }
@@ -382,11 +381,11 @@ TEST_SUITE("index_reduced") {
                 start.cells.stress.s(i, j) += 0.01 * std::sin(1.0 + i * i + 3.0 * j);
         fields::wrap(start.cells.stress.s);
         VectorField force(scene.grid);
-        REQUIRE(equilibrium_residual(scene, start.cells, force) > 1e-3);
+        REQUIRE(fields::equilibrium_residual(scene, start.cells, force) > 1e-3);
         const auto residual_by = [&](const char* scheme) {
             auto stepper = sundials_for(scheme, scene, start, 1e-6);
             stepper.advance(2000.0, 2000.0);
-            return equilibrium_residual(scene, stepper.state().cells, force);
+            return fields::equilibrium_residual(scene, stepper.state().cells, force);
         };
         CHECK(residual_by("cvode-bdf") < 1e-12);
         CHECK(residual_by("cvode-adams") > 1e-3);

@@ -4,8 +4,7 @@
 #include "mpm_scenes.hpp"
 #include <ductile/material/make_law.hpp>
 #include <ductile/mpm/explicit_step.hpp>
-#include <ductile/quasistatic/combination.hpp>
-#include <ductile/quasistatic/predictor.hpp>
+#include <ductile/space/space.hpp>
 
 #include <array>
 #include <cmath>
@@ -189,7 +188,7 @@ TEST_CASE("a law whose flow changes the volume has no rates, and cells refuse it
     const Law soil = drucker_prager_law(elasticity, {.cohesion = 1.0, .friction = 0.5, .dilatancy = 0.2});
     CHECK(!soil->has_rates());
     const auto scene = fields::scene_on({4, 4, 1.0, 1.0}, quasistatic::Model::full, {1e-3, 0.0}, soil);
-    CHECK(contains(message_of<InputError>([&] { (void)quasistatic::initial_state(scene, Field(4, 4)); }), "changes the volume"));
+    CHECK(contains(message_of<InputError>([&] { (void)fields::initial_state(scene, Field(4, 4)); }), "changes the volume"));
 }
 
 TEST_CASE("three internal variables on cells: each has its field, its rate and its part in the norm") {
@@ -203,18 +202,18 @@ TEST_CASE("three internal variables on cells: each has its field, its rate and i
     for (int j = 0; j < grid.cells_y; ++j)
         for (int i = 0; i < grid.cells_x; ++i)
             start(i, j) = 0.01 * std::sin(i + 2.0 * j) + 0.02;
-    State state = initial_state(scene, start);
+    State state = fields::initial_state(scene, start);
     REQUIRE(state.cells.count() == 7);
     fields::check_uniform(state.cells.internal[1], 0.25, 0.0); // what the law starts with
     CHECK(field_names(scene) == std::vector<std::string>{"p", "s", "tau", "q", "plastic_strain", "triple_strain", "flow_time"});
     std::mt19937 engine(8);
     fields::fill_smoothly(state.cells.stress.tau, engine, 0.95, 0.2);
     const State before = state;
-    CellState next(scene);
+    CellState next = fields::cells_of(scene);
     VectorField force(grid);
     for (const Predictor predictor : {Predictor::euler, Predictor::substepped, Predictor::incremental}) {
-        (void)predict(scene, predictor, state.cells, state.cells, VectorField(grid), 300.0, fields::pointwise(300.0, 1e-9), next,
-                      force);
+        (void)fields::predict(scene, predictor, state.cells, state.cells, VectorField(grid), 300.0,
+                              fields::pointwise(300.0, 1e-9), next, force);
         double flowed = 0.0;
         for (int j = 0; j < grid.cells_y; ++j)
             for (int i = 0; i < grid.cells_x; ++i) {
@@ -226,12 +225,12 @@ TEST_CASE("three internal variables on cells: each has its field, its rate and i
         CHECK(flowed > 1e-4);
     }
     // the norm is the largest of the variables', each by its scale of 0.01
-    CellState only(scene);
+    CellState only = fields::cells_of(scene);
     for (int j = 0; j < grid.cells_y; ++j)
         std::fill_n(only.internal[1].row(j), grid.cells_x, 0.003);
-    CHECK(quasistatic::norm(scene, std::array{Term{&only, 2.0}}).internal == doctest::Approx(0.6).epsilon(1e-13));
-    CHECK(quasistatic::norm(scene, std::array{Term{&only, 2.0}}).stress == 0.0);
-    const Observables seen = observe(scene, state.cells);
+    CHECK(fields::norm(scene, std::array{Space::Term{&only, 2.0}}).internal == doctest::Approx(0.6).epsilon(1e-13));
+    CHECK(fields::norm(scene, std::array{Space::Term{&only, 2.0}}).stress == 0.0);
+    const Observables seen = fields::observe(scene, state.cells);
     CHECK(seen.largest_internal.size() == 3);
     CHECK(seen.smallest_internal[1] == 0.25);
 }

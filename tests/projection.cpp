@@ -26,8 +26,8 @@ CellState random_cells(const Grid& grid, unsigned seed) {
 }
 
 /// Projects `cells`, the force being formed as the sweeps form it. Returns Q*.
-double project(const Scene& scene, EquilibriumSolver& solver, double dt, CellState& cells, VectorField* correction = nullptr) {
-    Projection projection(scene, solver);
+double project(const Scene& scene, Space& space, double dt, CellState& cells, VectorField* correction = nullptr) {
+    Projection projection(scene, space);
     VectorField force(scene.grid);
     divergence(scene.grid, cells.stress, -1.0 / dt, force);
     const double measure = projection.apply(force, {}, dt, cells);
@@ -131,17 +131,15 @@ TEST_SUITE("projection") {
                 const Scene scene = fields::scene_on(grid, Model::full, {1e-7, 0.0});
                 const CellState start = random_cells(grid, 1);
                 VectorField force(grid);
-                CHECK(equilibrium_residual(scene, start, force) ==
+                CHECK(fields::equilibrium_residual(scene, start, force) ==
                       doctest::Approx(literal_residual(scene, start.stress)).epsilon(1e-12));
                 CHECK(literal_residual(scene, start.stress) > 0.1);
                 for (const SolverKind kind : {SolverKind::fourier, SolverKind::cholesky}) {
                     CellState exact = start, full = start;
-                    const EquilibriumProblem problem{grid, scene.law->elasticity(), Stiffness::exact},
-                        paper{grid, scene.law->elasticity(), Stiffness::full};
-                    project(scene, *make_equilibrium_solver(problem, kind), dt, exact);
-                    CHECK(equilibrium_residual(scene, exact, force) < 1e-12);
+                    project(scene, *make_space(scene, kind), dt, exact);
+                    CHECK(fields::equilibrium_residual(scene, exact, force) < 1e-12);
                     CHECK(literal_residual(scene, exact.stress) < 1e-12);
-                    project(scene, *make_equilibrium_solver(paper, kind), dt, full);
+                    project(scene, *make_space(scene, kind, Stiffness::full), dt, full);
                     CHECK(literal_residual(scene, full.stress) > 1e-3);
                     for (std::size_t k = 0; k < 5; ++k) { // images of the result are wrapped
                         const Field& f = *fields::fields_of(exact)[k];
@@ -160,7 +158,7 @@ TEST_SUITE("projection") {
             const CellState start = random_cells(grid, 2);
             CellState cells = start;
             VectorField phi;
-            project(scene, *fields::solver_for(scene), dt, cells, &phi);
+            project(scene, *fields::space_for(scene), dt, cells, &phi);
             const StressField change = difference(grid, cells.stress, start.stress);
             for (int i = 0; i < grid.cells_x; ++i)
                 CHECK(std::abs(phi.u(i, 0)) + std::abs(phi.v(i, 0)) + std::abs(phi.u(i, grid.cells_y)) +
@@ -189,11 +187,11 @@ TEST_SUITE("projection") {
     TEST_CASE_FIXTURE(fields::OneThread, "projecting twice is projecting once") {
         for (const Grid& grid : grids) {
             const Scene scene = fields::scene_on(grid, Model::full, {1e-7, 0.0});
-            const auto solver = fields::solver_for(scene);
+            const auto space = fields::space_for(scene);
             CellState once = random_cells(grid, 3);
-            const double first = project(scene, *solver, 0.5, once);
+            const double first = project(scene, *space, 0.5, once);
             CellState twice = once;
-            const double second = project(scene, *solver, 0.5, twice);
+            const double second = project(scene, *space, 0.5, twice);
             CHECK(second < 1e-13 * first);
             for (std::size_t k = 0; k < 4; ++k)
                 CHECK(fields::distance(*fields::fields_of(once)[k], *fields::fields_of(twice)[k]) < 1e-12);
@@ -203,11 +201,11 @@ TEST_SUITE("projection") {
     TEST_CASE_FIXTURE(fields::OneThread, "the projection is orthogonal in the elastic energy, Eq. (19)") {
         for (const Grid& grid : grids) {
             const Scene scene = fields::scene_on(grid, Model::full, {1e-7, 0.0});
-            const auto solver = fields::solver_for(scene);
+            const auto space = fields::space_for(scene);
             CellState equilibrated = random_cells(grid, 4), cells = random_cells(grid, 5);
-            project(scene, *solver, 1.0, equilibrated);
+            project(scene, *space, 1.0, equilibrated);
             const StressField predicted = cells.stress;
-            project(scene, *solver, 0.2, cells);
+            project(scene, *space, 0.2, cells);
             const StressField step = difference(grid, cells.stress, predicted),
                               chord = difference(grid, cells.stress, equilibrated.stress);
             const double scale = std::sqrt(inner_product(scene, step, step) * inner_product(scene, chord, chord));
@@ -228,7 +226,7 @@ TEST_SUITE("projection") {
             CellState cells = start;
             const double dt = 0.7, mu = scene.law->elasticity().shear_modulus, K = scene.law->elasticity().bulk_modulus,
                          area = grid.area();
-            const double measure = project(scene, *fields::solver_for(scene), dt, cells);
+            const double measure = project(scene, *fields::space_for(scene), dt, cells);
             const StressField step = difference(grid, cells.stress, start.stress);
             CHECK(measure == doctest::Approx(std::sqrt(inner_product(scene, step, step) / (area * mu))).epsilon(1e-12));
 
@@ -247,12 +245,12 @@ TEST_SUITE("projection") {
     TEST_CASE_FIXTURE(fields::OneThread, "moving walls add a uniform stress rate to first-order schemes") {
         const Grid grid{13, 7, 2.0, 1.0};
         const Scene scene = fields::scene_on(grid, Model::full, {1e-7, 0.0});
-        const auto solver = fields::solver_for(scene);
+        const auto space = fields::space_for(scene);
         const CellState start = random_cells(grid, 7);
         CellState still = start, moved = start;
         const double dt = 0.4, g = 0.03, e = -0.02, mu = scene.law->elasticity().shear_modulus,
                      K = scene.law->elasticity().bulk_modulus;
-        Projection projection(scene, *solver);
+        Projection projection(scene, *space);
         VectorField force(grid);
         divergence(grid, start.stress, -1.0 / dt, force);
         VectorField same = force;
@@ -280,7 +278,7 @@ TEST_SUITE("projection") {
                     Field internal(grid.cells_y, grid.cells_x);
                     for (int j = 0; j < grid.cells_y; ++j)
                         std::fill_n(internal.row(j), grid.cells_x, 0.03);
-                    const State start = initial_state(scene, internal);
+                    const State start = fields::initial_state(scene, internal);
                     const double dt = 2.0, mu = scene.law->elasticity().shear_modulus, K = scene.law->elasticity().bulk_modulus;
                     const double g = walls.u / (0.5 * grid.height), e = walls.v / (0.5 * grid.height);
                     const State end = fields::run(scene, predictor, start, dt, 1);
@@ -305,7 +303,7 @@ TEST_SUITE("projection") {
             Field internal(grid.cells_y, grid.cells_x);
             for (int j = 0; j < grid.cells_y; ++j)
                 std::fill_n(internal.row(j), grid.cells_x, 0.03);
-            State start = initial_state(scene, internal);
+            State start = fields::initial_state(scene, internal);
             std::mt19937 engine(8);
             std::uniform_real_distribution<double> uniform(-1e-5, 1e-5);
             for (int j = 1; j < grid.cells_y; ++j)
@@ -332,8 +330,8 @@ TEST_SUITE("projection") {
         const Scene scene = fields::scene_on(grid, Model::full, {1e-7, 0.0});
         CellState cells = random_cells(grid, 9);
         cells.stress.s(4, 3) = std::numeric_limits<double>::quiet_NaN();
-        const auto solver = fields::solver_for(scene);
-        Projection projection(scene, *solver);
+        const auto space = fields::space_for(scene);
+        Projection projection(scene, *space);
         VectorField force(grid);
         divergence(grid, cells.stress, -1.0, force);
         CHECK_THROWS_AS(projection.apply(force, {}, 1.0, cells), RunError);

@@ -30,10 +30,10 @@ Law elastic() { return perzyna_law(fields::metallic_glass, {.yield_stress = 1e30
 constexpr InternalVariable kelvin{.name = "effective_temperature", .unit = "K", .lower = 1.0, .upper = 1e4};
 
 State at_rest(const Scene& scene, double internal) {
-    return initial_state(scene, initial_internal(scene.grid, Uniform{internal}, scene.law->variables()[0]));
+    return fields::initial_state(scene, initial_internal(scene.grid, Uniform{internal}, scene.law->variables()[0]));
 }
 State at_rest(const Scene& scene, const InitialInternal& internal) {
-    return initial_state(scene, initial_internal(scene.grid, internal, scene.law->variables()[0]));
+    return fields::initial_state(scene, initial_internal(scene.grid, internal, scene.law->variables()[0]));
 }
 
 /// The pattern of the paper in units of e_Z/k_B.
@@ -92,7 +92,7 @@ TEST_SUITE("quasistatic") {
             fields::check_uniform(end.cells.stress.tau, mu * gamma, 1e-13 * mu * gamma);
             for (const Field* f : {&end.cells.stress.p, &end.cells.stress.s, &end.cells.stress.q})
                 fields::check_uniform(*f, 0.0, 1e-13 * mu * gamma);
-            const Observables o = observe(scene, end.cells);
+            const Observables o = fields::observe(scene, end.cells);
             CHECK(o.wall_traction == doctest::Approx(mu * gamma).epsilon(1e-13));
             CHECK(o.largest_magnitude == doctest::Approx(mu * gamma).epsilon(1e-13));
             CHECK(o.plastic_fraction == 0.0);
@@ -134,7 +134,7 @@ TEST_SUITE("quasistatic") {
                 CHECK(-p + 2.0 * q == doctest::Approx(beta * strain).epsilon(1e-12));
                 fields::check_uniform(end.cells.stress.p, p, 1e-12);
                 fields::check_uniform(end.cells.stress.tau, 0.0, 1e-12);
-                CHECK(observe(scene, end.cells).normal_traction == doctest::Approx(alpha * strain).epsilon(1e-12));
+                CHECK(fields::observe(scene, end.cells).normal_traction == doctest::Approx(alpha * strain).epsilon(1e-12));
             }
     }
 
@@ -203,7 +203,7 @@ TEST_SUITE("quasistatic") {
                                 reversed = fields::scene_on(grid, model, {-U, 3e-9});
                     const State start = at_rest(scene, rough);
                     const State end = fields::run(scene, predictor, start, 14e4, 70);
-                    CHECK(observe(scene, end.cells).plastic_fraction > 0.99);
+                    CHECK(fields::observe(scene, end.cells).plastic_fraction > 0.99);
                     CHECK(fields::largest(end.cells.stress.p) > 0.01); // no longer uniform
                     for (const Mirror mirror : {Mirror{true, false}, Mirror{false, true}, Mirror{true, true}}) {
                         // one mirror turns the shear round, two bring it back
@@ -447,14 +447,14 @@ TEST_SUITE("quasistatic") {
                 VectorField force(grid);
                 for (int n = 1; n <= 60; ++n) {
                     const StepAttempt report = stepper.advance(2500.0, 2500.0 * n);
-                    CHECK(equilibrium_residual(scene, stepper.state().cells, force) < 1e-12);
+                    CHECK(fields::equilibrium_residual(scene, stepper.state().cells, force) < 1e-12);
                     largest_measure = std::max(largest_measure, report.measure);
                 }
                 CHECK(stepper.counts().elliptic_solves == 60);
                 CHECK(stepper.state().step == 60);
                 CHECK(largest_measure > 1e-6);
                 // the force on a wall is the same at any height
-                const Observables o = observe(scene, stepper.state().cells);
+                const Observables o = fields::observe(scene, stepper.state().cells);
                 for (int j = 0; j < grid.cells_y; ++j) {
                     double tau = 0.0, yy = 0.0;
                     const StressField& f = stepper.state().cells.stress;
@@ -475,7 +475,7 @@ TEST_SUITE("quasistatic") {
         CellState cells(grid, 1);
         for (Field* f : fields::fields_of(cells))
             fields::fill_randomly(*f, engine, -1.0, 1.2);
-        const Observables o = observe(scene, cells);
+        const Observables o = fields::observe(scene, cells);
         double tau = 0.0, yy = 0.0, magnitude = 0.0, largest = 0.0, low = 9.0, high = -9.0, plastic = 0.0;
         for (int j = 0; j < 5; ++j)
             for (int i = 0; i < 13; ++i) {

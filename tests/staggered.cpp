@@ -35,7 +35,7 @@ Gradient literal_gradient(const Grid& grid, const VectorField& w, int i, int j) 
 }
 
 StressField random_stress(const Grid& grid, std::mt19937& engine) {
-    quasistatic::CellState cells(grid, 1);
+    CellState cells(grid, 1);
     for (Field* f : {&cells.stress.p, &cells.stress.s, &cells.stress.tau, &cells.stress.q})
         fields::fill_randomly(*f, engine, -1.0, 1.0);
     return cells.stress;

@@ -12,7 +12,7 @@ class Mutation(NamedTuple):
 
 
 M = Mutation
-SPACE, MATERIAL, STATIC, POINTS, EQUILIBRIUM = "lib/space/", "lib/material/", "lib/quasistatic/", "lib/mpm/", "lib/equilibrium/"
+SPACE, MATERIAL, STATIC, POINTS, EQUILIBRIUM = "lib/space/", "lib/material/", "lib/quasistatic/", "lib/mpm/", "lib/space/"
 
 MUTATIONS = (
     # --- the staggered grid and transport

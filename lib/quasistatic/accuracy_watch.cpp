@@ -13,7 +13,8 @@ constexpr const char* remedy =
     "use a smaller --dt (fixed steps) or --tolerance (adaptive steps), or leave out --scheme and --step";
 }
 
-AccuracyWatch::AccuracyWatch(const Scene& scene) : scene_(scene), force_(scene.grid) {}
+AccuracyWatch::AccuracyWatch(const Scene& scene, const Space& space)
+    : scene_(scene), space_(space), force_(space.make_velocity()) {}
 
 void AccuracyWatch::judge(const StepAttempt& attempt, double time, double dt) {
     if (!(attempt.error <= largest_error))
@@ -47,7 +48,7 @@ void AccuracyWatch::observe(const State& state, bool last) {
         observe_walls(state);
     if (state.step % residual_interval != 0 && !last)
         return;
-    const double residual = equilibrium_residual(scene_, state.cells, force_);
+    const double residual = space_.equilibrium_residual(state.cells.stress, force_);
     if (!(residual <= residual_)) {
         residual_ = residual;
         residual_time_ = state.time;

@@ -9,7 +9,7 @@
 namespace ductile::quasistatic {
 
 /// What a run knows about its own accuracy, from every step and whatever rows it writes: the largest estimated error of a step
-/// (StepAttempt::error) and the largest residual of equilibrium (Projection: equilibrium_residual, looked at every few steps and
+/// (StepAttempt::error) and the largest residual of equilibrium (Space::equilibrium_residual, looked at every few steps and
 /// at the end), and under force control the largest speed of the walls, which nobody prescribes.
 ///
 /// Errors of steps add up where the solution does not forget them, and grow where it localises; a single one of 0.1 s_Y is no
@@ -23,7 +23,7 @@ public:
     static constexpr double doubtful_residual = 1e-3; ///< above it the summary warns
     static constexpr int residual_interval = 64;      ///< steps from one look at the residual to the next
 
-    explicit AccuracyWatch(const Scene& scene);
+    AccuracyWatch(const Scene& scene, const Space& space);
 
     /// Takes note of an attempted step of length dt from `time`. Throws RunError (figure, time, what to change) where its
     /// estimated error exceeds largest_error; the stepper then still has the state before it.
@@ -42,6 +42,7 @@ private:
     void observe_walls(const State& state);
 
     const Scene& scene_;
+    const Space& space_;
     VectorField force_; // room for the residual
     double error_ = 0.0, error_time_ = 0.0, error_step_ = 0.0;
     double residual_ = 0.0, residual_time_ = 0.0;

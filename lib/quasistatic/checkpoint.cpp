@@ -1,5 +1,6 @@
 #include <ductile/base/error.hpp>
 #include <ductile/quasistatic/checkpoint.hpp>
+#include <ductile/space/field_view.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -10,13 +11,11 @@ namespace ductile::quasistatic {
 namespace {
 
 void read_field(const io::CheckpointReader& checkpoint, const std::string& name, Field& field) {
-    checkpoint.read_array(name, {field.row(0), field.rows(), field.columns(), field.stride()});
-    for (int j = 0; j < field.rows(); ++j) {
-        if (!std::all_of(field.row(j), field.row(j) + field.columns(), [](double value) { return std::isfinite(value); }))
-            throw InputError(
-                fmt::format("{}: '{}' has a value that is not finite: use another checkpoint", checkpoint.path().string(), name));
-        field.wrap_row(j);
-    }
+    checkpoint.read_array(name, view(field));
+    if (!is_finite(field))
+        throw InputError(
+            fmt::format("{}: '{}' has a value that is not finite: use another checkpoint", checkpoint.path().string(), name));
+    field.wrap();
 }
 
 } // namespace
@@ -33,7 +32,7 @@ void describe(const Scene& scene, State& state, StepControl& control, AccuracyWa
         content.arrays.emplace_back(name, view(*field));
 }
 
-State read_state(const io::CheckpointReader& checkpoint, const Scene& scene) {
+State read_state(const io::CheckpointReader& checkpoint, const Scene& scene, const Space& space) {
     const Grid& grid = scene.grid;
     checkpoint.require_cells({grid.cells_x, grid.cells_y});
     const std::string columns = checkpoint.history().mark.columns;
@@ -41,8 +40,8 @@ State read_state(const io::CheckpointReader& checkpoint, const Scene& scene) {
         if (columns.find(fmt::format("largest_{}", column_name(variable))) == std::string::npos)
             throw InputError(fmt::format("{}: this checkpoint was written with another --plasticity: restart with that one",
                                          checkpoint.path().string()));
-    State state{.cells = CellState(scene),
-                .velocity = VectorField(grid),
+    State state{.cells = space.make_cells(),
+                .velocity = space.make_velocity(),
                 .time = checkpoint.scalar("time"),
                 .step = checkpoint.counter("step")};
     for (const auto& [name, field] : named_fields(scene, state))

@@ -11,7 +11,8 @@ namespace {
 class Cvode final : public CellMethod {
 public:
     Cvode(RateSystem& system, CvodeFormulas formulas, double tolerance)
-        : system_(system), stages_(system, {.tolerance = tolerance, .poll = end_if_interrupted}), force_(system.scene().grid),
+        : system_(system), stages_(system, {.tolerance = tolerance, .poll = end_if_interrupted}),
+          force_(system.space().make_velocity()),
           cvode_([this](double t, std::span<const double> y, std::span<double> rate) { stages_.rate(t, y, rate); },
                  stages_.size(), options(formulas)) {}
 

@@ -71,7 +71,7 @@ void check_meaning(const Options& o, const Scene& scene) {
                         describe(o.material), o.width, o.height));
 }
 
-std::vector<std::string> doubts(const Options& o, const Scene& scene, const CellState& start) {
+std::vector<std::string> doubts(const Options& o, const Scene& scene, const Observables& start) {
     std::vector<std::string> found = ductile::doubts(numbers_of(o.material));
     if (aspect_of(scene.grid) > 10.0)
         found.push_back(
@@ -79,7 +79,7 @@ std::vector<std::string> doubts(const Options& o, const Scene& scene, const Cell
                         "the longer side only; choose --cells MxN in the ratio of --width and --height",
                         o.width / o.cells.x, o.height / o.cells.y, aspect_of(scene.grid)));
     if (o.material.plasticity == PlasticityChoice::stz) {
-        const double lowest = observe(scene, start).smallest_internal[0] * scene.units.temperature;
+        const double lowest = start.smallest_internal[0] * scene.units.temperature;
         if (lowest < o.material.stz.bath_temperature)
             found.push_back(fmt::format("the effective temperature starts at {:.4g} K, below the bath's {:.4g} K, and a glass "
                                         "freezes in above it: check the initial field and --stz-bath-temperature",

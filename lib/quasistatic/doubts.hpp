@@ -20,6 +20,6 @@ void check_meaning(const Options& options, const Scene& scene);
 /// Warnings, each a sentence with a figure, known before the first step: what the material has that no solid has; cells more than
 /// ten times as long as high, or the other way round; an effective temperature that starts below that of the bath, or a bath
 /// above the steady one; walls faster than inertial_wall_speed().
-[[nodiscard]] std::vector<std::string> doubts(const Options& options, const Scene& scene, const CellState& start);
+[[nodiscard]] std::vector<std::string> doubts(const Options& options, const Scene& scene, const Observables& start);
 
 } // namespace ductile::quasistatic

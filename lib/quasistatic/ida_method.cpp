@@ -1,6 +1,4 @@
-#include <ductile/quasistatic/combination.hpp>
 #include <ductile/quasistatic/rate_system.hpp>
-#include <ductile/space/staggered.hpp>
 #include <ductile/sundials/ida.hpp>
 #include <ductile/time/flat_stages.hpp>
 
@@ -13,9 +11,9 @@ namespace {
 class Ida final : public CellMethod {
 public:
     Ida(RateSystem& system, double tolerance)
-        : system_(system), grid_(system.scene().grid), stages_(system, {.tolerance = tolerance, .poll = end_if_interrupted}),
-          walls_(system.scene().walls.by_traction() ? 2 : 0), velocity_(grid_), force_(grid_),
-          y_(stages_.size() + 2 * interior() + walls_), rates_(y_.size()),
+        : system_(system), stages_(system, {.tolerance = tolerance, .poll = end_if_interrupted}), walls_(system.walls()),
+          interior_(system.space().interior_size()), velocity_(system.space().make_velocity()), force_(velocity_),
+          y_(stages_.size() + interior_ + walls_), rates_(y_.size()),
           ida_({.components = y_.size(),
                 .differential = stages_.size(),
                 .residual = [this](double t, std::span<const double> y, std::span<const double> rate,
@@ -27,7 +25,7 @@ public:
     [[nodiscard]] double advance(const time::Step<CellState>& step) override {
         std::ranges::copy(stages_.begin(step), y_.begin());
         scale_ = scale_of(system_.velocity());
-        pack_interior(system_.velocity(), 1.0 / scale_, interior_of(std::span(y_)));
+        system_.space().pack_interior(system_.velocity(), 1.0 / scale_, interior_of(std::span(y_)));
         pack_wall(step.start_rate.wall, std::span(y_));
         system_.pack(step.start_rate, cells_of(std::span(rates_)));
         std::ranges::fill(interior_of(std::span(rates_)), 0.0);
@@ -39,23 +37,16 @@ public:
     [[nodiscard]] int buffers() const override { return stages_.buffers; }
 
 private:
-    [[nodiscard]] std::size_t interior() const {
-        return static_cast<std::size_t>(grid_.cells_x) * static_cast<std::size_t>(grid_.cells_y - 1);
-    }
     /// U: the speed of the walls, and if nobody prescribes that, of what moves at the start of the step.
     [[nodiscard]] double scale_of(const VectorField& velocity) const {
         double scale = system_.lines().speed_scale();
         if (walls_ > 0)
-            for (const Field* f : {&velocity.u, &velocity.v})
-                for (int j = 0; j <= grid_.cells_y; ++j)
-                    scale = std::max(scale,
-                                     std::abs(*std::max_element(f->row(j), f->row(j) + grid_.cells_x,
-                                                                [](double a, double b) { return std::abs(a) < std::abs(b); })));
+            scale = std::max(scale, largest_component(velocity));
         return scale > 0.0 ? scale : 1.0;
     }
     template <class T> [[nodiscard]] std::span<T> cells_of(std::span<T> y) const { return y.first(stages_.size()); }
     template <class T> [[nodiscard]] std::span<T> interior_of(std::span<T> y) const {
-        return y.subspan(stages_.size(), 2 * interior());
+        return y.subspan(stages_.size(), interior_);
     }
 
     void pack_wall(const Velocity& wall, std::span<double> y) const {
@@ -68,75 +59,47 @@ private:
         return walls_ > 0 ? Velocity{scale_ * y[y.size() - 2], scale_ * y[y.size() - 1]} : Velocity{};
     }
 
-    void pack_interior(const VectorField& field, double factor, std::span<double> values) const {
-        auto target = values.begin();
-        for (const Field* f : {&field.u, &field.v})
-            for (int j = 1; j < grid_.cells_y; ++j)
-                target = std::transform(f->row(j), f->row(j) + grid_.cells_x, target, [=](double x) { return factor * x; });
-    }
-    void unpack_interior(std::span<const double> values, VectorField& field) const {
-        auto source = values.begin();
-        for (Field* f : {&field.u, &field.v})
-            for (int j = 1; j < grid_.cells_y; ++j, source += grid_.cells_x) {
-                std::transform(source, source + grid_.cells_x, f->row(j), [=, this](double x) { return scale_ * x; });
-                f->wrap_row(j);
-            }
-    }
-    void set_walls(const Velocity& upper, VectorField& field) const {
-        for (const auto& [row, sign] : {std::pair{0, -1.0}, std::pair{grid_.cells_y, 1.0}}) {
-            std::fill_n(field.u.row(row), grid_.cells_x, sign * upper.u);
-            std::fill_n(field.v.row(row), grid_.cells_x, sign * upper.v);
-            field.u.wrap_row(row);
-            field.v.wrap_row(row);
-        }
-    }
-
     void find_residual(double t, std::span<const double> y, std::span<const double> rate, std::span<double> residual) {
         stages_.poll();
         CellState &cells = stages_.stage(), &complete = stages_.stage_rate();
         system_.unpack(cells_of(y), cells);
         const WallRates told = system_.told(t / system_.step_length());
         const Velocity wall = walls_ > 0 ? wall_of(y) : Velocity{told.shear, told.opening};
-        unpack_interior(interior_of(y), velocity_);
-        set_walls(wall, velocity_);
+        system_.space().unpack_interior(interior_of(y), scale_, velocity_);
+        system_.space().set_walls(wall, velocity_);
         system_.lines().open_rate(cells, velocity_, complete);
-        const Velocity wanted = wall_velocity(system_.scene(), told, complete.stress);
-        close_rate(system_.scene(), velocity_, complete);
+        const Velocity wanted = wall_velocity(system_.scene(), told, system_.lines().mean_of_open(complete));
+        system_.space().close(velocity_, complete);
         complete.wall = wall;
-        for (int j = 0; j < grid_.cells_y; ++j)
-            complete.wrap_row(j);
-        divergence(grid_, complete.stress, 1.0, force_);
+        complete.wrap();
+        system_.space().divergence(complete.stress, 1.0, force_);
         system_.pack(complete, cells_of(residual));
         std::ranges::transform(rate.first(stages_.size()), residual, residual.begin(), std::minus<>());
-        pack_interior(force_, 1.0 / scale_, interior_of(residual));
+        system_.space().pack_interior(force_, 1.0 / scale_, interior_of(residual));
         pack_wall(wall - wanted, residual);
     }
 
     /// dF/dy without the derivatives of f: K dv = r_v, then derivative_factor d(cells) - C : D(dv) = r.
     void precondition(double derivative_factor, std::span<const double> r, std::span<double> z) {
         const Velocity wall = wall_of(r);
-        set_walls(wall, force_);
-        unpack_interior(interior_of(r), force_);
+        system_.space().set_walls(wall, force_);
+        system_.space().unpack_interior(interior_of(r), scale_, force_);
         system_.solve(force_, walls_ > 0 ? WallData::given : WallData::zero);
-        for (Field* f : {&force_.u, &force_.v})
-            for (int j = 0; j <= grid_.cells_y; ++j)
-                f->wrap_row(j);
         CellState& change = stages_.stage_rate();
         system_.unpack(cells_of(r), change);
-        close_rate(system_.scene(), force_, change);
+        system_.space().close(force_, change);
         change.wall = change.wall + wall;
         system_.pack(change, cells_of(z));
         for (double& value : cells_of(z))
             value /= derivative_factor;
-        pack_interior(force_, 1.0 / scale_, interior_of(z));
+        system_.space().pack_interior(force_, 1.0 / scale_, interior_of(z));
         pack_wall(wall, z);
     }
 
     RateSystem& system_;
-    const Grid& grid_;
     time::FlatStages<CellState> stages_;
-    std::size_t walls_;  ///< unknowns: the velocity of walls under force control
-    double scale_ = 1.0; ///< U
+    std::size_t walls_, interior_; ///< unknowns: the velocity of walls under force control
+    double scale_ = 1.0;           ///< U
     VectorField velocity_, force_;
     std::vector<double> y_, rates_;
     sundials::IdaIntegrator ida_;

@@ -1,6 +1,5 @@
 #include <ductile/base/error.hpp>
 #include <ductile/base/timer.hpp>
-#include <ductile/quasistatic/combination.hpp>
 #include <ductile/quasistatic/index_reduced.hpp>
 
 #include <algorithm>
@@ -36,17 +35,17 @@ Kept kept_in(State& state) {
 
 } // namespace
 
-IndexReducedStepper::IndexReducedStepper(std::string scheme, const Scene& scene, std::unique_ptr<EquilibriumSolver> solver,
+IndexReducedStepper::IndexReducedStepper(std::string scheme, const Scene& scene, std::unique_ptr<Space> space,
                                          const PassOptions& passes, const MakeCellMethod& make_method)
-    : scheme_(std::move(scheme)), scene_(scene), solver_(std::move(solver)), system_(scene, *solver_, passes),
-      method_(make_method(system_)), next_(scene), next_rate_(scene) {}
+    : scheme_(std::move(scheme)), scene_(scene), space_(std::move(space)), system_(scene, *space_, passes),
+      method_(make_method(system_)), next_(space_->make_cells()), next_rate_(next_) {}
 
 void IndexReducedStepper::adopt(State& state) const {
     if (state.memory.scheme == scheme_)
         return;
     state.memory = {.scheme = scheme_,
-                    .cells = {{"rate", CellState(scene_)}},
-                    .velocities = {{"earlier_velocity", VectorField(scene_.grid)}}};
+                    .cells = {{"rate", space_->make_cells()}},
+                    .velocities = {{"earlier_velocity", space_->make_velocity()}}};
     for (const char* name : own_numbers)
         state.memory.names.push_back(name);
     for (const std::string& name : method_->memory())
@@ -63,7 +62,7 @@ void IndexReducedStepper::provide_rate(State& state) {
     if (told == WallRates{kept.told_shear, kept.told_opening})
         return;
     const RateReport report = system_.lines().evaluate(state.cells, told, state.velocity, kept.rate);
-    close_rate(scene_, state.velocity, kept.rate);
+    space_->close(state.velocity, kept.rate);
     kept.relaxation = report.largest_relaxation;
     kept.told_shear = told.shear;
     kept.told_opening = told.opening;
@@ -71,24 +70,24 @@ void IndexReducedStepper::provide_rate(State& state) {
 
 double IndexReducedStepper::time_scale(State& state) {
     provide_rate(state);
-    return 1.0 / system_.norm(std::array{Term{&kept_in(state).rate, 1.0}});
+    return 1.0 / system_.norm(std::array{Space::Term{&kept_in(state).rate, 1.0}});
 }
 
 double IndexReducedStepper::limit_step(State& state, double dt) {
     provide_rate(state);
     const CellState &cells = state.cells, &rate = kept_in(state).rate;
     constexpr double touching = 1.0 - 1e-9;
-    const double ratio = yield_ratio(scene_, cells, 0.0, rate);
+    const double ratio = space_->yield_ratio(cells, 0.0, rate);
     if (ratio >= touching)
         return dt;
     // sbar is convex along the straight elastic path: the chord meets yield before the path does, and repeated chords converge
     double begin = 0.0, begin_ratio = ratio;
-    const double end_ratio = yield_ratio(scene_, cells, dt, rate);
+    const double end_ratio = space_->yield_ratio(cells, dt, rate);
     if (end_ratio <= 1.0)
         return dt;
     for (int pass = 0; pass < 20 && begin_ratio < touching; ++pass) {
         begin += (dt - begin) * (1.0 - begin_ratio) / (end_ratio - begin_ratio);
-        begin_ratio = yield_ratio(scene_, cells, begin, rate);
+        begin_ratio = space_->yield_ratio(cells, begin, rate);
     }
     return begin;
 }
@@ -152,7 +151,7 @@ PhaseSeconds IndexReducedStepper::phase_seconds() const {
 
 std::size_t IndexReducedStepper::memory_bytes() const {
     const std::size_t cell = static_cast<std::size_t>(next_.count()) * next_.stress.p.storage().size() * sizeof(double);
-    return static_cast<std::size_t>(4 + method_->buffers()) * cell + 6 * system_.velocity_bytes() + solver_->memory_bytes();
+    return static_cast<std::size_t>(4 + method_->buffers()) * cell + 6 * system_.velocity_bytes() + space_->memory_bytes();
 }
 
 std::vector<std::pair<std::string, long long>> IndexReducedStepper::steps_by_method(const State& state) const {

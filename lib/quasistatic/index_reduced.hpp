@@ -14,10 +14,11 @@ using MakeCellMethod = std::function<std::unique_ptr<CellMethod>(RateSystem& sys
 /// walls were told for it, the velocity and the step before, the relaxation rate, and what the method remembers.
 class IndexReducedStepper final : public TimeStepper {
 public:
-    IndexReducedStepper(std::string scheme, const Scene& scene, std::unique_ptr<EquilibriumSolver> solver,
-                        const PassOptions& passes, const MakeCellMethod& make_method);
+    IndexReducedStepper(std::string scheme, const Scene& scene, std::unique_ptr<Space> space, const PassOptions& passes,
+                        const MakeCellMethod& make_method);
 
     [[nodiscard]] std::string_view scheme() const override { return scheme_; }
+    [[nodiscard]] Space& space() const override { return *space_; }
     void adopt(State& state) const override;
     [[nodiscard]] double time_scale(State& state) override;
     [[nodiscard]] double limit_step(State& state, double dt) override;
@@ -33,7 +34,7 @@ private:
 
     std::string scheme_;
     const Scene& scene_;
-    std::unique_ptr<EquilibriumSolver> solver_;
+    std::unique_ptr<Space> space_;
     RateSystem system_;
     std::unique_ptr<CellMethod> method_;
     CellState next_, next_rate_;

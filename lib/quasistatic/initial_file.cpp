@@ -109,7 +109,7 @@ double square_of(const StressField& a, const StressField* b) {
 
 } // namespace
 
-FileStart start_from_file(const Scene& scene, const std::filesystem::path& path, EquilibriumSolver& solver) {
+FileStart start_from_file(const Scene& scene, Space& space, const std::filesystem::path& path) {
     const InternalVariable variable = scene.law->variables().front();
     const std::string internal(variable.name);
     const std::vector<std::string> names = {internal, "pressure", "s", "tau", "q"};
@@ -131,7 +131,7 @@ FileStart start_from_file(const Scene& scene, const std::filesystem::path& path,
                 throw InputError(fmt::format("{}: the {} is {:.6g} at cell ({}, {}): it must be {}", path.string(),
                                              spoken_name(variable), start(i, j) * variable.natural_unit, i, j,
                                              describe_range(variable)));
-    FileStart result{.state = initial_state(scene, start)};
+    FileStart result{.state = initial_state(scene, space, start)};
     if (fields.values.size() == 1)
         return result;
     CellState& cells = result.state.cells;
@@ -141,10 +141,10 @@ FileStart start_from_file(const Scene& scene, const std::filesystem::path& path,
                                       std::pair{"tau", &cells.stress.tau}, std::pair{"q", &cells.stress.q}})
         interpolate(fields, fields.values.at(name), inverse, *field);
     const StressField given = cells.stress;
-    VectorField force(scene.grid);
-    divergence(scene.grid, given, -1.0, force);
-    (void)Projection(scene, solver).apply(force, {}, 1.0, cells);
-    bring_to_load(scene, 0.0, cells);
+    VectorField force = space.make_velocity();
+    space.divergence(given, -1.0, force);
+    (void)Projection(scene, space).apply(force, {}, 1.0, cells);
+    bring_to_load(scene, space, 0.0, cells);
     const double square = square_of(given, nullptr);
     result.correction = square > 0.0 ? std::sqrt(square_of(cells.stress, &given) / square) : 0.0;
     return result;

@@ -1,5 +1,4 @@
 #pragma once
-#include <ductile/equilibrium/solver.hpp>
 #include <ductile/quasistatic/state.hpp>
 
 #include <filesystem>
@@ -20,6 +19,6 @@ struct FileStart {
 /// grid's balance; walls under a traction then bring it to that. Throws InputError, naming the file, for one that cannot be read,
 /// fields that are missing or of different shapes, places that are no grid of the scene's domain, and values that are not finite
 /// or that the law cannot begin with.
-[[nodiscard]] FileStart start_from_file(const Scene& scene, const std::filesystem::path& file, EquilibriumSolver& solver);
+[[nodiscard]] FileStart start_from_file(const Scene& scene, Space& space, const std::filesystem::path& file);
 
 } // namespace ductile::quasistatic

@@ -1,5 +1,4 @@
 #pragma once
-#include <ductile/equilibrium/solver.hpp>
 #include <ductile/quasistatic/scene.hpp>
 
 namespace ductile::quasistatic {
@@ -27,7 +26,7 @@ struct RateReport {
 /// v in f enters through spin and advection only; the fixed point v -> K^-1(-B^T f(v)) contracts by about s_Y/mu = 0.02-0.03.
 class MethodOfLines {
 public:
-    MethodOfLines(const Scene& scene, EquilibriumSolver& solver, const PassOptions& passes);
+    MethodOfLines(const Scene& scene, Space& space, const PassOptions& passes);
 
     /// Evaluates at the state `cells` (ghost rows are refreshed) with walls that are told `told`. `velocity` holds a guess on
     /// entry (any wall rows) and v on exit; `rate` receives f, and how the walls move: the caller adds C : D(v) in its next sweep
@@ -37,6 +36,9 @@ public:
     /// f alone at a given velocity (wall rows included), without a solve: `rate` receives it.
     void open_rate(CellState& cells, const VectorField& velocity, CellState& rate);
 
+    /// Of an open rate, where force control asks for it.
+    [[nodiscard]] MeanTraction mean_of_open(const CellState& rate);
+
     /// U; zero if all walls that move are under force control.
     [[nodiscard]] double speed_scale() const { return speed_scale_; }
     [[nodiscard]] long long evaluations() const { return evaluations_; }
@@ -45,19 +47,13 @@ public:
     [[nodiscard]] double solve_seconds() const { return solve_seconds_; }
 
 private:
-    /// f and, in next_velocity_, -B^T f; returns the largest relaxation rate.
-    double sweep_rates(CellState& cells, const VectorField& velocity, CellState& rate);
-
     const Scene& scene_;
-    EquilibriumSolver& solver_;
+    Space& space_;
     PassOptions passes_;
     VectorField next_velocity_; // force, then the new velocity of a pass
     double speed_scale_;        // U: the largest wall speed that is prescribed
     long long evaluations_ = 0, solves_ = 0;
     double rate_seconds_ = 0.0, solve_seconds_ = 0.0;
 };
-
-/// Largest sbar/(yield stress) over all cells of the state cells + dt rate.
-[[nodiscard]] double yield_ratio(const Scene& scene, const CellState& cells, double dt, const CellState& rate);
 
 } // namespace ductile::quasistatic

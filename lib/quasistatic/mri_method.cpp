@@ -1,5 +1,3 @@
-#include <ductile/quasistatic/combination.hpp>
-#include <ductile/quasistatic/plastic_flow.hpp>
 #include <ductile/quasistatic/rate_system.hpp>
 #include <ductile/sundials/mri.hpp>
 #include <ductile/time/flat_stages.hpp>
@@ -13,16 +11,16 @@ class Mri final : public CellMethod {
 public:
     Mri(RateSystem& system, double tolerance)
         : system_(system), stages_(system, {.tolerance = tolerance, .fixed = true, .poll = end_if_interrupted}),
-          force_(system.scene().grid), pointwise_{.absolute_tolerance = tolerance,
-                                                  .relative_tolerance = tolerance,
-                                                  .exact_components = 1},
+          force_(system.space().make_velocity()), pointwise_{.absolute_tolerance = tolerance,
+                                                             .relative_tolerance = tolerance,
+                                                             .exact_components = 1},
           plastic_(system.make()),
           mri_({.components = stages_.size(),
                 .slow = [this](double t, std::span<const double> y, std::span<double> rate) { slow(t, y, rate); },
                 .fast =
                     [this](double, std::span<const double> y, std::span<double> rate) {
                         system_.unpack(y, stages_.stage());
-                        plastic_rate(system_.scene(), stages_.stage(), plastic_);
+                        system_.space().plastic_rate(stages_.stage(), plastic_);
                         system_.pack(plastic_, rate);
                     },
                 .advance_fast = [this](double duration, std::span<const double> forcing,
@@ -42,20 +40,20 @@ private:
     void slow(double t, std::span<const double> y, std::span<double> rate) {
         if (t == 0.0) {
             system_.unpack(y, stages_.stage());
-            system_.combine(std::array{Term{&stages_.start_rate(), 1.0}}, stages_.stage_rate());
+            system_.combine(std::array{Space::Term{&stages_.start_rate(), 1.0}}, stages_.stage_rate());
         } else if (!stages_.evaluate(t, y)) {
             std::ranges::fill(rate, std::numeric_limits<double>::quiet_NaN());
             return;
         }
-        plastic_rate(system_.scene(), stages_.stage(), plastic_);
-        system_.combine(std::array{Term{&stages_.stage_rate(), 1.0}, Term{&plastic_, -1.0}}, stages_.stage_rate());
+        system_.space().plastic_rate(stages_.stage(), plastic_);
+        system_.combine(std::array{Space::Term{&stages_.stage_rate(), 1.0}, Space::Term{&plastic_, -1.0}}, stages_.stage_rate());
         system_.pack(stages_.stage_rate(), rate);
     }
 
     void relax_cells(double duration, std::span<const double> forcing, std::span<double> y) {
         system_.unpack(y, stages_.stage());
         system_.unpack(forcing, stages_.stage_rate());
-        const Rk21Counts counts = relax(system_.scene(), stages_.stage_rate(), duration, pointwise_, stages_.stage());
+        const Rk21Counts counts = system_.space().relax(stages_.stage_rate(), duration, pointwise_, stages_.stage());
         system_.count_substeps(counts);
         if (counts.failed)
             std::ranges::fill(y, std::numeric_limits<double>::quiet_NaN());

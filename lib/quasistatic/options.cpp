@@ -281,17 +281,17 @@ StepControl make_step_control(const Options& o, const Scene& scene) {
     return {scene.grid, steps};
 }
 
-std::unique_ptr<TimeStepper> make_time_stepper(const Options& o, const Scene& scene) {
+std::unique_ptr<Space> make_space(const Options& o, const Scene& scene) { return make_space(scene, o.solver, o.stiffness); }
+
+std::unique_ptr<TimeStepper> make_time_stepper(const Options& o, const Scene& scene, std::unique_ptr<Space> space) {
     if (o.stiffness == Stiffness::full && scheme_named(o.scheme).kind != SchemeKind::projection)
         throw InputError(
             fmt::format("--operator full: with this stiffness the scheme {} drifts out of equilibrium, and nothing brings "
                         "it back: use --operator exact, or a projection scheme (--scheme incremental)",
                         scheme_named(o.scheme).name));
-    auto solver =
-        make_equilibrium_solver({.grid = scene.grid, .elasticity = scene.law->elasticity(), .stiffness = o.stiffness}, o.solver);
     using Scale = PointwiseTolerance::Scale;
     const bool fixed = o.step == StepChoice::fixed;
-    return make_stepper(o.scheme, scene, std::move(solver),
+    return make_stepper(o.scheme, scene, std::move(space),
                         {.passes = {.largest = o.velocity_passes, .tolerance = 0.1 * tolerance(o)},
                          .tolerance = tolerance(o),
                          .fixed_steps = fixed,

@@ -1,5 +1,4 @@
 #pragma once
-#include <ductile/equilibrium/solver.hpp>
 #include <ductile/io/program.hpp>
 #include <ductile/material/options.hpp>
 #include <ductile/quasistatic/initial.hpp>
@@ -62,8 +61,11 @@ void declare(io::Program& program, Options& options);
 /// Fixed steps, or adaptive ones of the kind that the scheme has, in natural units. Throws InputError when --dt or --tolerance is
 /// neither "auto" nor a positive number.
 [[nodiscard]] StepControl make_step_control(const Options& options, const Scene& scene);
-/// The scheme with its elliptic solver.
-[[nodiscard]] std::unique_ptr<TimeStepper> make_time_stepper(const Options& options, const Scene& scene);
+/// With the elliptic solver of the options.
+[[nodiscard]] std::unique_ptr<Space> make_space(const Options& options, const Scene& scene);
+/// The scheme.
+[[nodiscard]] std::unique_ptr<TimeStepper> make_time_stepper(const Options& options, const Scene& scene,
+                                                             std::unique_ptr<Space> space);
 /// Throws InputError when `start` (a checkpoint's time in natural units, or 0) is later than the end.
 [[nodiscard]] run::Outputs make_outputs(const Options& options, const Scene& scene, double start);
 

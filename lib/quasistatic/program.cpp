@@ -16,14 +16,14 @@ namespace ductile::quasistatic {
 namespace {
 
 /// The state that the options ask for; says and warns of what had to be done to it.
-State start(const io::Program& program, const Options& options, const Scene& scene, std::vector<std::string>& warnings) {
+State start(const io::Program& program, const Options& options, const Scene& scene, Space& space,
+            std::vector<std::string>& warnings) {
     if (options.initial_file.empty() != (options.initial != InitialChoice::file))
         throw InputError(options.initial_file.empty() ? "--initial file: which? add --initial-file FILE"
                                                       : "--initial-file: it is read with --initial file only");
     if (options.initial != InitialChoice::file)
-        return initial_state(scene, make_initial_internal(options, scene));
-    const auto solver = make_equilibrium_solver({.grid = scene.grid, .elasticity = scene.law->elasticity()}, options.solver);
-    FileStart made = start_from_file(scene, options.initial_file, *solver);
+        return initial_state(scene, space, make_initial_internal(options, scene));
+    FileStart made = start_from_file(scene, space, options.initial_file);
     const std::string file = options.initial_file.string();
     if (made.correction > 0.01)
         warnings.push_back(
@@ -47,13 +47,14 @@ int run_program(const io::Program& program, const Options& options) {
     StepControl control = make_step_control(options, scene);
     const auto checkpoint = program.open_restart(checkpoint_format);
     std::vector<std::string> warnings;
-    State state = checkpoint ? read_state(*checkpoint, scene) : start(program, options, scene, warnings);
+    auto space = make_space(options, scene);
+    State state = checkpoint ? read_state(*checkpoint, scene, *space) : start(program, options, scene, *space, warnings);
 
     const run::Outputs outputs = make_outputs(options, scene, state.time);
-    std::ranges::move(doubts(options, scene, state.cells), std::back_inserter(warnings));
+    std::ranges::move(doubts(options, scene, space->observe(state.cells)), std::back_inserter(warnings));
     if (!program.has_default("--snapshots"))
         std::ranges::move(io::missing_snapshots(options.duration, options.snapshots), std::back_inserter(warnings));
-    const auto stepper = make_time_stepper(options, scene);
+    const auto stepper = make_time_stepper(options, scene, std::move(space));
     program.say(describe(options, scene, *stepper, thread_count()));
     return program.run(
         [&](const io::OutputFolder& folder, io::RunSummary& summary) {

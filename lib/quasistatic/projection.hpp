@@ -1,8 +1,5 @@
 #pragma once
-#include <ductile/equilibrium/solver.hpp>
 #include <ductile/quasistatic/scene.hpp>
-
-#include <vector>
 
 namespace ductile::quasistatic {
 
@@ -16,7 +13,7 @@ namespace ductile::quasistatic {
 /// round-off.
 class Projection {
 public:
-    Projection(const Scene& scene, EquilibriumSolver& solver);
+    Projection(const Scene& scene, Space& space);
 
     /// `force` holds -B^T sigma*/dt on entry and the velocity correction phi on exit; `cells` goes from sigma* to sigma_{n+1}.
     /// Returns the size of the projection, Q* (below). Throws RunError when the stress is not finite.
@@ -33,15 +30,10 @@ public:
     [[nodiscard]] long long solves() const { return solves_; }
 
 private:
-    const Scene* scene_;
-    EquilibriumSolver* solver_;
-    std::vector<double> row_measure_;
+    const Scene& scene_;
+    Space& space_;
     double solve_seconds_ = 0.0, update_seconds_ = 0.0;
     long long solves_ = 0;
 };
-
-/// max |B^T sigma| over interior corners, divided by (largest |sigma| component times the longer cell side): the relative
-/// residual of discrete equilibrium. `force` is room to work in.
-[[nodiscard]] double equilibrium_residual(const Scene& scene, const CellState& cells, VectorField& force);
 
 } // namespace ductile::quasistatic

@@ -1,9 +1,6 @@
 #include <ductile/base/error.hpp>
-#include <ductile/base/threads.hpp>
 #include <ductile/base/timer.hpp>
 #include <ductile/material/point_rates.hpp>
-#include <ductile/quasistatic/combination.hpp>
-#include <ductile/quasistatic/method_of_lines.hpp>
 #include <ductile/quasistatic/projection_stepper.hpp>
 
 #include <algorithm>
@@ -33,17 +30,6 @@ struct EarlierVelocity {
 Earlier earlier_in(State& state) { return {state.memory.cells[0].second, state.memory.numbers[0]}; }
 EarlierVelocity earlier_velocity_in(State& state) { return {state.memory.velocities[0].second, state.memory.numbers[1]}; }
 
-void add_rows(const VectorField& from, VectorField& to) {
-    for_each_row({to.u.rows(), to.u.columns()}, [&](int j) {
-        for (const auto& [source, target] : {std::pair{&from.u, &to.u}, std::pair{&from.v, &to.v}}) {
-            const double* f = source->row(j);
-            double* g = target->row(j);
-            for (int i = -2; i < target->padded_columns() + 3; ++i)
-                g[i] += f[i];
-        }
-    });
-}
-
 } // namespace
 
 Rk21Options PointwiseTolerance::options(const Grid& grid, double dt) const {
@@ -54,11 +40,12 @@ Rk21Options PointwiseTolerance::options(const Grid& grid, double dt) const {
 }
 
 ProjectionStepper::ProjectionStepper(const Scene& scene, Predictor predictor, const PointwiseTolerance& pointwise,
-                                     std::unique_ptr<EquilibriumSolver> solver, Transport transport)
-    : scene_(scene), predictor_(predictor), pointwise_(pointwise), solver_(std::move(solver)), transport_(transport),
-      projection_(scene, *solver_), next_(scene), base_velocity_(scene.grid), correction_(scene.grid) {
+                                     std::unique_ptr<Space> space, Transport transport)
+    : scene_(scene), predictor_(predictor), pointwise_(pointwise), space_(std::move(space)), transport_(transport),
+      projection_(scene, *space_), next_(space_->make_cells()), base_velocity_(space_->make_velocity()),
+      correction_(space_->make_velocity()) {
     if (extrapolated())
-        middle_ = CellState(scene);
+        middle_ = space_->make_cells();
 }
 
 void ProjectionStepper::adopt(State& state) const {
@@ -67,10 +54,10 @@ void ProjectionStepper::adopt(State& state) const {
     state.memory = {.scheme = std::string(scheme())};
     if (predictor_ != Predictor::euler && !extrapolated())
         return;
-    state.memory.cells.emplace_back("earlier", CellState(scene_));
+    state.memory.cells.emplace_back("earlier", space_->make_cells());
     state.memory.names = {"last_step"};
     if (extrapolated()) {
-        state.memory.velocities.emplace_back("earlier_velocity", VectorField(scene_.grid));
+        state.memory.velocities.emplace_back("earlier_velocity", space_->make_velocity());
         state.memory.names.emplace_back("step_before");
     }
     state.memory.numbers.assign(state.memory.names.size(), 0.0);
@@ -87,7 +74,7 @@ StepAttempt ProjectionStepper::attempt(State& state, double dt, double end, cons
         const auto [earlier, last_step] = earlier_in(state);
         const auto [earlier_velocity, step_before] = earlier_velocity_in(state);
         const double half = 0.5 * dt / last_step;
-        combine(scene_, std::array{Term{&state.cells, 1.0 + half}, Term{&earlier, -half}}, middle_);
+        space_->combine(std::array{Space::Term{&state.cells, 1.0 + half}, Space::Term{&earlier, -half}}, middle_);
         transported = &middle_;
         const double weight = (dt + last_step) / (last_step + step_before);
         extrapolate(earlier_velocity, state.velocity, weight, base_velocity_);
@@ -106,7 +93,7 @@ StepAttempt ProjectionStepper::attempt(State& state, double dt, double end, cons
     if (change != WallVelocity{}) {
         if (velocity != &base_velocity_)
             base_velocity_ = state.velocity;
-        add_affine_velocity(scene_.grid, change, base_velocity_);
+        space_->add_affine(change, base_velocity_);
         velocity = &base_velocity_;
     }
 
@@ -116,9 +103,8 @@ StepAttempt ProjectionStepper::attempt(State& state, double dt, double end, cons
                         "data are extreme: use a smaller --dt (fixed steps) or --tolerance (adaptive steps)",
                         state.step + 1, state.time * scene_.units.time, dt * scene_.units.time, what));
     };
-    const Rk21Counts counts = predict(scene_, predictor_, state.cells, *transported, *velocity, dt,
-                                      pointwise_.options(scene_.grid, dt), next_, correction_)
-                                  .counts;
+    const Rk21Counts counts = space_->predict(predictor_, state.cells, *transported, *velocity, dt,
+                                              pointwise_.options(scene_.grid, dt), next_, correction_);
     substeps_ += counts.accepted;
     rejected_substeps_ += counts.rejected;
     predictor_seconds_ += timer.lap();
@@ -129,7 +115,7 @@ StepAttempt ProjectionStepper::attempt(State& state, double dt, double end, cons
     WallVelocity added = incremental ? WallVelocity{} : wall; // that the predictor left out
     if (scene_.walls.by_traction()) {
         const WallVelocity forced =
-            wall_velocity_between(scene_, mean_traction(scene_, next_.stress), wanted_traction(scene_, end), dt);
+            wall_velocity_between(scene_, space_->mean_traction(next_.stress), wanted_traction(scene_, end), dt);
         if (scene_.walls.shear.by == WallControl::By::traction)
             added.u = forced.u;
         if (scene_.walls.opening.by == WallControl::By::traction)
@@ -146,9 +132,9 @@ StepAttempt ProjectionStepper::attempt(State& state, double dt, double end, cons
         throw fail(error.what());
     }
     timer.lap();
-    add_affine_velocity(scene_.grid, added, correction_);
+    space_->add_affine(added, correction_);
     if (incremental)
-        add_rows(*velocity, correction_);
+        add(*velocity, correction_);
     velocity_seconds_ += timer.lap();
     result.error = estimate_error(state, dt, wall, result.measure, counts);
     result.accepted = judge(result);
@@ -184,16 +170,17 @@ double ProjectionStepper::estimate_error(State& state, double dt, const WallVelo
         return earlier_in(state).last_step > 0.0 ? change_of_increment(state, dt) : 0.0;
     if (counts.accepted > 0)
         return spin + pointwise + increment;
-    const double excess = yield_ratio(scene_, next_, 0.0, next_) - 1.0; // of cells that the predictor left elastic
+    const double excess = space_->yield_ratio(next_, 0.0, next_) - 1.0; // of cells that the predictor left elastic
     return spin + std::min(increment, std::sqrt(2.0) * std::max(excess, 0.0));
 }
 
 double ProjectionStepper::change_of_increment(State& state, double dt) {
     const auto [earlier, last_step] = earlier_in(state);
     const double ratio = dt / last_step;
-    const CombinationNorm change =
-        norm(scene_, std::array{Term{&next_, 1.0}, Term{&state.cells, -1.0 - ratio}, Term{&earlier, ratio}});
-    return change.largest() * dt / (dt + last_step);
+    const double change =
+        largest_norm(scene_, *space_,
+                     std::array{Space::Term{&next_, 1.0}, Space::Term{&state.cells, -1.0 - ratio}, Space::Term{&earlier, ratio}});
+    return change * dt / (dt + last_step);
 }
 
 void ProjectionStepper::accept(State& state, double dt, double end) {
@@ -243,7 +230,7 @@ std::size_t ProjectionStepper::memory_bytes() const {
                                                                                                           : 2);
     const std::size_t corners = extrapolated() ? 8 : 6;
     return cells * cell.storage().size() * sizeof(double) + corners * corner.storage().size() * sizeof(double) +
-           solver_->memory_bytes();
+           space_->memory_bytes();
 }
 
 } // namespace ductile::quasistatic

@@ -1,6 +1,4 @@
 #pragma once
-#include <ductile/equilibrium/solver.hpp>
-#include <ductile/quasistatic/predictor.hpp>
 #include <ductile/quasistatic/projection.hpp>
 #include <ductile/quasistatic/time_stepper.hpp>
 
@@ -47,11 +45,12 @@ enum class Transport { frozen, extrapolated };
 /// looked at where the increment dt C : D(v) is long enough to matter; its first step is judged as those of substepped are.
 class ProjectionStepper final : public TimeStepper {
 public:
-    /// Keeps a reference to `scene`; owns the solver and all buffers.
-    ProjectionStepper(const Scene& scene, Predictor predictor, const PointwiseTolerance& pointwise,
-                      std::unique_ptr<EquilibriumSolver> solver, Transport transport = Transport::frozen);
+    /// Keeps a reference to `scene`; owns the space and all buffers.
+    ProjectionStepper(const Scene& scene, Predictor predictor, const PointwiseTolerance& pointwise, std::unique_ptr<Space> space,
+                      Transport transport = Transport::frozen);
 
     [[nodiscard]] std::string_view scheme() const override;
+    [[nodiscard]] Space& space() const override { return *space_; }
     void adopt(State& state) const override;
     StepAttempt attempt(State& state, double dt, double end, const Judge& judge) override;
     [[nodiscard]] StepperCounts counts() const override;
@@ -70,7 +69,7 @@ private:
     const Scene& scene_;
     Predictor predictor_;
     PointwiseTolerance pointwise_;
-    std::unique_ptr<EquilibriumSolver> solver_;
+    std::unique_ptr<Space> space_;
     Transport transport_;
     Projection projection_;
     CellState next_;

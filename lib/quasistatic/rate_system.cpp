@@ -1,14 +1,21 @@
 #include <ductile/base/error.hpp>
 #include <ductile/io/interrupt.hpp>
-#include <ductile/quasistatic/combination.hpp>
 #include <ductile/quasistatic/rate_system.hpp>
-#include <ductile/space/staggered.hpp>
+
+#include <cmath>
+#include <numbers>
 
 namespace ductile::quasistatic {
 
-RateSystem::RateSystem(const Scene& scene, EquilibriumSolver& solver, const PassOptions& passes)
-    : scene_(scene), solver_(solver), lines_(scene, solver, passes), projection_(scene, solver),
-      packing_(scene), stage_velocity_{VectorField(scene.grid), VectorField(scene.grid), VectorField(scene.grid)} {
+RateSystem::RateSystem(const Scene& scene, Space& space, const PassOptions& passes)
+    : scene_(scene), space_(space), lines_(scene, space, passes),
+      projection_(scene, space), stage_velocity_{space.make_velocity(), space.make_velocity(), space.make_velocity()} {
+    if (scene.walls.by_traction()) {
+        const IsotropicElasticity& c = scene.law->elasticity();
+        const double strains =
+            2.0 / scene.grid.height * std::sqrt(static_cast<double>(space.packed_size()) / static_cast<double>(fields()));
+        wall_scale_ = {std::numbers::sqrt2 * c.shear_modulus * strains, c.alpha() * strains};
+    }
     sequence_.reserve(stage_velocity_.size() + 2);
 }
 
@@ -40,27 +47,39 @@ void RateSystem::guess_velocity(double fraction, VectorField& guess) const {
     extrapolate(*previous.velocity, *last.velocity, weight, guess);
 }
 
-void RateSystem::close(time::OpenRate<CellState> rate) { close_rate(scene_, velocity(), *rate.vector); }
+void RateSystem::close(time::OpenRate<CellState> rate) { space_.close(velocity(), *rate.vector); }
 
-void RateSystem::combine(std::span<const time::Term<CellState>> terms, CellState& out) {
-    quasistatic::combine(scene_, terms, out);
-}
+void RateSystem::combine(std::span<const time::Term<CellState>> terms, CellState& out) { space_.combine(terms, out); }
 
 void RateSystem::combine(std::span<const time::Term<CellState>> terms, time::OpenRate<CellState> rate, double factor,
                          time::Completed completed, CellState& out) {
-    quasistatic::combine(scene_, terms, {rate.vector, &velocity(), factor, completed == time::Completed::kept}, out);
+    space_.combine(terms, {rate.vector, &velocity(), factor, completed == time::Completed::kept}, out);
 }
 
-double RateSystem::norm(std::span<const time::Term<CellState>> terms) { return quasistatic::norm(scene_, terms).largest(); }
+double RateSystem::norm(std::span<const time::Term<CellState>> terms) { return largest_norm(scene_, space_, terms); }
+
+void RateSystem::pack(const CellState& cells, std::span<double> values) const {
+    space_.pack(cells, values.first(space_.packed_size()));
+    if (walls() > 0) {
+        values[components() - 2] = wall_scale_.u * cells.wall.u;
+        values[components() - 1] = wall_scale_.v * cells.wall.v;
+    }
+}
+
+void RateSystem::unpack(std::span<const double> values, CellState& cells) const {
+    space_.unpack(values.first(space_.packed_size()), cells);
+    if (walls() > 0)
+        cells.wall = {values[components() - 2] / wall_scale_.u, values[components() - 1] / wall_scale_.v};
+}
 
 void RateSystem::put_into_equilibrium(CellState& cells, double fraction, VectorField& force) {
-    divergence(scene_.grid, cells.stress, -1.0, force);
+    space_.divergence(cells.stress, -1.0, force);
     (void)projection_.apply(force, {}, 1.0, cells);
-    bring_to_load(scene_, stage_time(fraction), cells);
+    bring_to_load(scene_, space_, stage_time(fraction), cells);
 }
 
 void RateSystem::solve(VectorField& force, WallData walls) {
-    solver_.solve(force, walls);
+    space_.solve(force, walls);
     ++counts_.elliptic_solves;
 }
 

@@ -1,12 +1,12 @@
 #pragma once
 #include <ductile/ode/rk21.hpp>
 #include <ductile/quasistatic/method_of_lines.hpp>
-#include <ductile/quasistatic/packed_cells.hpp>
 #include <ductile/quasistatic/projection.hpp>
 #include <ductile/quasistatic/time_stepper.hpp>
 #include <ductile/time/method.hpp>
 
 #include <array>
+#include <cmath>
 #include <vector>
 
 namespace ductile::quasistatic {
@@ -17,7 +17,7 @@ namespace ductile::quasistatic {
 /// current step.
 class RateSystem final : public time::System<CellState> {
 public:
-    RateSystem(const Scene& scene, EquilibriumSolver& solver, const PassOptions& passes);
+    RateSystem(const Scene& scene, Space& space, const PassOptions& passes);
 
     /// Begins the sequence of velocities of a step, which begin_step() has begun, with v_n and, `earlier_step` before it unless
     /// that is zero, v_{n-1}; both must live through the step.
@@ -30,7 +30,7 @@ public:
     /// What the walls are told at stage_time(fraction).
     [[nodiscard]] WallRates told(double fraction) const { return scene_.walls.before(stage_time(fraction)); }
 
-    [[nodiscard]] CellState make() const override { return CellState(scene_); }
+    [[nodiscard]] CellState make() const override { return space_.make_cells(); }
     time::OpenRate<CellState> evaluate(CellState& cells, double fraction, CellState& rate) override;
     void close(time::OpenRate<CellState> rate) override;
     void combine(std::span<const time::Term<CellState>> terms, CellState& out) override;
@@ -39,10 +39,12 @@ public:
     /// The largest of the norms (59) of sigma/s_Y and the internal variables in units of their scales.
     [[nodiscard]] double norm(std::span<const time::Term<CellState>> terms) override;
 
-    [[nodiscard]] std::size_t components() const override { return packing_.size(); }
-    [[nodiscard]] double norm_of_components() const override { return std::sqrt(static_cast<double>(packing_.fields())); }
-    void pack(const CellState& cells, std::span<double> values) const override { packing_.pack(cells, values); }
-    void unpack(std::span<const double> values, CellState& cells) const override { packing_.unpack(values, cells); }
+    /// The packed fields, and with walls under force control their displacement, as the stress that it would make, weighed as
+    /// much as a field.
+    [[nodiscard]] std::size_t components() const override { return space_.packed_size() + walls(); }
+    [[nodiscard]] double norm_of_components() const override { return std::sqrt(static_cast<double>(fields())); }
+    void pack(const CellState& cells, std::span<double> values) const override;
+    void unpack(std::span<const double> values, CellState& cells) const override;
 
     // what a method may want that does more than integrate rates
 
@@ -54,6 +56,9 @@ public:
     void count_substeps(const Rk21Counts& substeps);
 
     [[nodiscard]] const Scene& scene() const { return scene_; }
+    [[nodiscard]] Space& space() { return space_; }
+    /// Unknowns of the walls: two under force control.
+    [[nodiscard]] std::size_t walls() const { return scene_.walls.by_traction() ? 2 : 0; }
     [[nodiscard]] MethodOfLines& lines() { return lines_; }
     [[nodiscard]] const MethodOfLines& lines() const { return lines_; }
     [[nodiscard]] StepperCounts counts() const;
@@ -61,6 +66,8 @@ public:
     [[nodiscard]] std::size_t velocity_bytes() const { return 2 * stage_velocity_[0].u.storage().size() * sizeof(double); }
 
 private:
+    [[nodiscard]] std::size_t fields() const { return 4 + scene_.law->variables().size(); }
+
     struct TimedVelocity {
         double fraction = 0.0; ///< of the current step
         VectorField* velocity = nullptr;
@@ -68,10 +75,10 @@ private:
     void guess_velocity(double fraction, VectorField& guess) const;
 
     const Scene& scene_;
-    EquilibriumSolver& solver_;
+    Space& space_;
     MethodOfLines lines_;
     Projection projection_;
-    PackedCells packing_;
+    Velocity wall_scale_ = {};                  ///< in a packed state
     std::array<VectorField, 3> stage_velocity_; ///< the latest of the current step, in turns
     std::vector<TimedVelocity> sequence_;       ///< in the order of time
     std::size_t stage_ = 0;

@@ -5,6 +5,7 @@
 #include <ductile/quasistatic/projection.hpp>
 #include <ductile/quasistatic/run.hpp>
 #include <ductile/run/loop.hpp>
+#include <ductile/space/field_view.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -16,7 +17,8 @@ namespace {
 class GridRun final : public run::Simulation {
 public:
     GridRun(const Scene& scene, State& state, TimeStepper& stepper, StepControl& control, const io::CheckpointReader* checkpoint)
-        : scene_(scene), state_(state), stepper_(stepper), control_(control), watch_(scene), force_(scene.grid) {
+        : scene_(scene), state_(state), stepper_(stepper), control_(control), space_(stepper.space()), watch_(scene, space_),
+          force_(space_.make_velocity()) {
         if (!checkpoint) {
             control_.start(stepper_.time_scale(state_));
             return;
@@ -77,7 +79,7 @@ public:
 
     void row(std::vector<double>& values) override {
         const Units& u = scene_.units;
-        const Observables o = quasistatic::observe(scene_, state_.cells);
+        const Observables o = space_.observe(state_.cells);
         const double half_height = 0.5 * scene_.grid.height;
         const Velocity walls = wall_displacement(scene_, state_);
         values.insert(values.end(), {time_s(), static_cast<double>(state_.step), last_dt_ * u.time, walls.u / half_height,
@@ -87,7 +89,7 @@ public:
         for (std::size_t k = 0; k < variables.size(); ++k)
             values.insert(values.end(), {o.smallest_internal[k] * variables[k].natural_unit,
                                          o.largest_internal[k] * variables[k].natural_unit});
-        values.insert(values.end(), {o.plastic_fraction, equilibrium_residual(scene_, state_.cells, force_), last_measure_,
+        values.insert(values.end(), {o.plastic_fraction, space_.equilibrium_residual(state_.cells.stress, force_), last_measure_,
                                      walls.v / half_height, state_.velocity.u(0, scene_.grid.cells_y) / half_height / u.time});
     }
 
@@ -182,6 +184,7 @@ private:
     State& state_;
     TimeStepper& stepper_;
     StepControl& control_;
+    const Space& space_;
     AccuracyWatch watch_;
     VectorField force_; // room for the residual of equilibrium
     std::optional<io::SnapshotWriter> snapshots_;

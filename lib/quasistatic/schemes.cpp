@@ -32,9 +32,9 @@ Method automatic(RateSystem& system, double tolerance) {
 
 /// A scheme on the index-reduced method of lines.
 Scheme by_rates(Scheme scheme, const MakeMethod& make_method) {
-    scheme.make = [name = scheme.name, make_method](const Scene& scene, std::unique_ptr<EquilibriumSolver> solver,
+    scheme.make = [name = scheme.name, make_method](const Scene& scene, std::unique_ptr<Space> space,
                                                     const SchemeOptions& options) {
-        return std::make_unique<IndexReducedStepper>(name, scene, std::move(solver), options.passes,
+        return std::make_unique<IndexReducedStepper>(name, scene, std::move(space), options.passes,
                                                      [&](RateSystem& system) { return make_method(system, options); });
     };
     return scheme;
@@ -52,8 +52,8 @@ Scheme by_arkode(std::string name, const std::string& method, double fields, con
 Scheme by_projection(std::string name, std::string meaning, double fields, Predictor predictor,
                      Transport transport = Transport::frozen) {
     Scheme scheme{std::move(name), std::move(meaning), SchemeKind::projection, fields};
-    scheme.make = [=](const Scene& scene, std::unique_ptr<EquilibriumSolver> solver, const SchemeOptions& o) {
-        return std::make_unique<ProjectionStepper>(scene, predictor, o.pointwise, std::move(solver), transport);
+    scheme.make = [=](const Scene& scene, std::unique_ptr<Space> space, const SchemeOptions& o) {
+        return std::make_unique<ProjectionStepper>(scene, predictor, o.pointwise, std::move(space), transport);
     };
     return scheme;
 }
@@ -112,14 +112,14 @@ const Scheme& scheme_named(std::string_view name) {
     return *found;
 }
 
-std::unique_ptr<TimeStepper> make_stepper(std::string_view name, const Scene& scene, std::unique_ptr<EquilibriumSolver> solver,
+std::unique_ptr<TimeStepper> make_stepper(std::string_view name, const Scene& scene, std::unique_ptr<Space> space,
                                           const SchemeOptions& options) {
     const Scheme& scheme = scheme_named(name);
     if (options.fixed_steps && scheme.steps == Scheme::Steps::adaptive)
         throw InputError(fmt::format("--step fixed: {} chooses its steps: use --step adaptive", name));
     if (!options.fixed_steps && scheme.steps == Scheme::Steps::fixed)
         throw InputError(fmt::format("--step adaptive: {} has fixed steps only: use --step fixed and --dt", name));
-    return scheme.make(scene, std::move(solver), options);
+    return scheme.make(scene, std::move(space), options);
 }
 
 } // namespace ductile::quasistatic

@@ -33,7 +33,7 @@ struct Scheme {
     double fields = 0.0;    ///< numbers a cell that it keeps, about; see TimeStepper::memory_bytes
     int estimate_order = 0; ///< the power of dt that the estimate of the error falls with; 0 where there is none
     enum class Steps { any, fixed, adaptive } steps = Steps::any; ///< which it can take
-    std::function<std::unique_ptr<TimeStepper>(const Scene&, std::unique_ptr<EquilibriumSolver>, const SchemeOptions&)> make = {};
+    std::function<std::unique_ptr<TimeStepper>(const Scene&, std::unique_ptr<Space>, const SchemeOptions&)> make = {};
 };
 
 /// All there are, the standard one first. Every table of time::butcher_tables() is one.
@@ -41,11 +41,10 @@ struct Scheme {
 /// Throws InputError for a name that none has.
 [[nodiscard]] const Scheme& scheme_named(std::string_view name);
 
-/// A stepper with its elliptic solver; it keeps a reference to the scene. Throws InputError when the scheme has no fixed steps,
+/// A stepper with its space; it keeps a reference to the scene. Throws InputError when the scheme has no fixed steps,
 /// or no others, but is asked for them.
-[[nodiscard]] std::unique_ptr<TimeStepper> make_stepper(std::string_view scheme, const Scene& scene,
-                                                        std::unique_ptr<EquilibriumSolver> solver, const SchemeOptions& options);
-std::unique_ptr<TimeStepper> make_stepper(std::string_view, const Scene&&, std::unique_ptr<EquilibriumSolver>,
-                                          const SchemeOptions&) = delete;
+[[nodiscard]] std::unique_ptr<TimeStepper> make_stepper(std::string_view scheme, const Scene& scene, std::unique_ptr<Space> space,
+                                                        const SchemeOptions& options);
+std::unique_ptr<TimeStepper> make_stepper(std::string_view, const Scene&&, std::unique_ptr<Space>, const SchemeOptions&) = delete;
 
 } // namespace ductile::quasistatic

@@ -54,23 +54,18 @@ Velocity wall_displacement(const Scene& scene, const State& state) {
     return {component(scene.walls.shear, state.cells.wall.u), component(scene.walls.opening, state.cells.wall.v)};
 }
 
-State initial_state(const Scene& scene, const Field& internal) {
+State initial_state(const Scene& scene, const Space& space, const Field& internal) {
     if (!scene.law->has_rates())
         throw InputError("the plastic flow of this law changes the volume, which cells do not follow: use particles, or a law of "
                          "isochoric flow");
-    const Grid& grid = scene.grid;
-    State state{.cells = CellState(scene), .velocity = VectorField(grid)};
+    State state{.cells = space.make_cells(), .velocity = space.make_velocity()};
     const auto variables = scene.law->variables();
-    for (std::size_t k = 0; k < variables.size(); ++k)
-        for (int j = 0; j < grid.cells_y; ++j) {
-            if (k == 0)
-                std::copy_n(internal.row(j), grid.cells_x, state.cells.internal[k].row(j));
-            else
-                std::fill_n(state.cells.internal[k].row(j), grid.cells_x, variables[k].start / variables[k].natural_unit);
-            state.cells.internal[k].wrap_row(j);
-        }
-    bring_to_load(scene, 0.0, state.cells);
-    add_affine_velocity(grid, wall_velocity(scene, scene.walls.after(0.0), CellState(scene).stress), state.velocity);
+    if (!variables.empty())
+        copy_values(internal, state.cells.internal[0]);
+    for (std::size_t k = 1; k < variables.size(); ++k)
+        set_all(state.cells.internal[k], variables[k].start / variables[k].natural_unit);
+    move_walls(scene, wall_velocity_between(scene, {}, wanted_traction(scene, 0.0), 1.0), state.cells);
+    space.add_affine(wall_velocity(scene, scene.walls.after(0.0), {}), state.velocity);
     return state;
 }
 

@@ -35,6 +35,6 @@ struct State {
 /// State at rest: zero stress, or the uniform one of walls under a traction from the start on; affine velocity between the walls
 /// (Sec. 8). The law's first internal variable is given, [N][M]; the others are what they start with. Throws InputError for a law
 /// without a rate form.
-[[nodiscard]] State initial_state(const Scene& scene, const Field& internal);
+[[nodiscard]] State initial_state(const Scene& scene, const Space& space, const Field& internal);
 
 } // namespace ductile::quasistatic

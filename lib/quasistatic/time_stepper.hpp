@@ -47,6 +47,8 @@ public:
 
     /// The name of its scheme, see schemes().
     [[nodiscard]] virtual std::string_view scheme() const = 0;
+    /// What it steps on.
+    [[nodiscard]] virtual Space& space() const = 0;
     /// Lays out the memory of a state that has none of this scheme, where another's is thrown away.
     virtual void adopt(State& state) const = 0;
 
@@ -72,7 +74,7 @@ public:
     [[nodiscard]] virtual StepperCounts counts() const = 0;
     /// Since construction.
     [[nodiscard]] virtual PhaseSeconds phase_seconds() const = 0;
-    /// Bytes of a state, buffers and solver.
+    /// Bytes of a state, buffers and space.
     [[nodiscard]] virtual std::size_t memory_bytes() const = 0;
     /// Steps by the methods that took them, where a scheme has more than one; of a state of its own.
     [[nodiscard]] virtual std::vector<std::pair<std::string, long long>> steps_by_method(const State& state) const {

@@ -1,11 +1,12 @@
 #include <ductile/base/error.hpp>
-#include <ductile/base/threads.hpp>
 #include <ductile/material/point_rates.hpp>
 #include <ductile/quasistatic/scene.hpp>
 
 #include <charconv>
+#include <cmath>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -91,26 +92,6 @@ History<double> parse_traction_history(std::string_view option, std::string_view
     }
 }
 
-MeanTraction mean_traction(const Scene& scene, const StressField& stress) {
-    const Grid& grid = scene.grid;
-    std::vector<MeanTraction> rows(static_cast<std::size_t>(grid.cells_y));
-    for_each_row({grid.cells_y, grid.cells_x}, [&](int j) {
-        const double *p = stress.p.row(j), *s = stress.s.row(j), *tau = stress.tau.row(j), *q = stress.q.row(j);
-        MeanTraction& row = rows[static_cast<std::size_t>(j)];
-        for (int i = 0; i < grid.cells_x; ++i) {
-            row.shear += tau[i];
-            row.normal -= p[i] + s[i] + q[i];
-        }
-    });
-    MeanTraction total; // row after row, so that the result does not depend on the number of threads
-    for (const MeanTraction& row : rows) {
-        total.shear += row.shear;
-        total.normal += row.normal;
-    }
-    const double cells = static_cast<double>(grid.cells_x) * grid.cells_y;
-    return {total.shear / cells, total.normal / cells};
-}
-
 WallVelocity wall_velocity_between(const Scene& scene, const MeanTraction& mean, const MeanTraction& wanted, double dt) {
     const IsotropicElasticity& c = scene.law->elasticity();
     const auto velocity = [&](const WallControl& control, double change, double modulus) {
@@ -120,11 +101,11 @@ WallVelocity wall_velocity_between(const Scene& scene, const MeanTraction& mean,
             velocity(scene.walls.opening, wanted.normal - mean.normal, c.alpha())};
 }
 
-WallVelocity wall_velocity(const Scene& scene, const WallRates& told, const StressField& open_rate) {
+WallVelocity wall_velocity(const Scene& scene, const WallRates& told, const MeanTraction& open_rate) {
     WallVelocity velocity{told.shear, told.opening};
     if (!scene.walls.by_traction())
         return velocity;
-    const WallVelocity forced = wall_velocity_between(scene, mean_traction(scene, open_rate), {told.shear, told.opening}, 1.0);
+    const WallVelocity forced = wall_velocity_between(scene, open_rate, {told.shear, told.opening}, 1.0);
     if (scene.walls.shear.by == WallControl::By::traction)
         velocity.u = forced.u;
     if (scene.walls.opening.by == WallControl::By::traction)
@@ -136,23 +117,35 @@ MeanTraction wanted_traction(const Scene& scene, double time) {
     return {scene.walls.shear.history.after(time), scene.walls.opening.history.after(time)};
 }
 
-void bring_to_load(const Scene& scene, double time, CellState& cells) {
-    if (!scene.walls.by_traction())
+void move_walls(const Scene& scene, const Velocity& motion, CellState& cells) {
+    if (motion == Velocity{})
         return;
-    const WallVelocity motion =
-        wall_velocity_between(scene, mean_traction(scene, cells.stress), wanted_traction(scene, time), 1.0);
     const double half_height = 0.5 * scene.grid.height;
-    const StressComponents<double> change =
-        elastic_rate(scene.law->elasticity(), VelocityGradient<double>{0.0, motion.u / half_height, 0.0, motion.v / half_height});
-    for_each_row({scene.grid.cells_y, scene.grid.cells_x}, [&](int j) {
-        for (const auto& [field, value] : {std::pair{&cells.stress.p, change.p}, std::pair{&cells.stress.s, change.s},
-                                           std::pair{&cells.stress.tau, change.tau}, std::pair{&cells.stress.q, change.q}}) {
-            for (int i = 0; i < scene.grid.cells_x; ++i)
-                (*field)(i, j) += value;
-            field->wrap_row(j);
-        }
-    });
+    add_uniform(
+        elastic_rate(scene.law->elasticity(), VelocityGradient<double>{0.0, motion.u / half_height, 0.0, motion.v / half_height}),
+        cells.stress);
     cells.wall = cells.wall + motion;
+}
+
+void bring_to_load(const Scene& scene, Space& space, double time, CellState& cells) {
+    if (scene.walls.by_traction())
+        move_walls(scene, wall_velocity_between(scene, space.mean_traction(cells.stress), wanted_traction(scene, time), 1.0),
+                   cells);
+}
+
+double largest_norm(const Scene& scene, Space& space, std::span<const Space::Term> terms) {
+    const double norm = space.norm(terms).largest();
+    if (!scene.walls.by_traction())
+        return norm;
+    Velocity motion;
+    for (const Space::Term& term : terms)
+        motion = motion + term.factor * term.vector->wall;
+    const auto strain = [&](const WallControl& control, double component) {
+        return control.by == WallControl::By::traction ? component / (0.5 * scene.grid.height) : 0.0;
+    };
+    const IsotropicElasticity& c = scene.law->elasticity();
+    return std::max(norm, std::hypot(std::numbers::sqrt2 * c.shear_modulus * strain(scene.walls.shear, motion.u),
+                                     c.alpha() * strain(scene.walls.opening, motion.v)));
 }
 
 } // namespace ductile::quasistatic

@@ -1,13 +1,12 @@
 #pragma once
 #include <ductile/scene/walls.hpp>
-#include <ductile/space/field.hpp>
+#include <ductile/space/space.hpp>
 
 #include <string_view>
 
 namespace ductile::quasistatic {
 
 struct Scene;
-struct CellState;
 
 /// Of the upper wall; the lower wall moves with the opposite velocity. u shears, v opens (positive) or closes the gap.
 using WallVelocity = Velocity;
@@ -28,22 +27,21 @@ using WallKnot = WallHistory::Knot;
 /// for f all else that changes it, and what the traction is to do says how the walls move; their motion is known to be affine
 /// without another elliptic solution, because the moduli are the same everywhere.
 
-/// Mean of tau and of sigma_yy over all cells.
-struct MeanTraction {
-    double shear = 0.0, normal = 0.0;
-};
-[[nodiscard]] MeanTraction mean_traction(const Scene& scene, const StressField& stress);
-
 /// The velocity that changes the tractions that are controlled from `mean` to `wanted` in the time dt; zero of other components.
 [[nodiscard]] WallVelocity wall_velocity_between(const Scene& scene, const MeanTraction& mean, const MeanTraction& wanted,
                                                  double dt);
-/// The velocity of both components that `told` asks for where everything else changes the stress at the rate `open_rate`.
-[[nodiscard]] WallVelocity wall_velocity(const Scene& scene, const WallRates& told, const StressField& open_rate);
+/// The velocity of both components that `told` asks for where everything else changes the mean stress at the rate `open_rate`.
+[[nodiscard]] WallVelocity wall_velocity(const Scene& scene, const WallRates& told, const MeanTraction& open_rate);
 /// The tractions that are controlled, at a time.
 [[nodiscard]] MeanTraction wanted_traction(const Scene& scene, double time);
 
-/// Moves the walls at once, and hence elastically, to where the tractions that are controlled are those of a time: the stress
-/// changes by a uniform one.
-void bring_to_load(const Scene& scene, double time, CellState& cells);
+/// Moves the walls at once, and hence elastically: the stress changes by a uniform one.
+void move_walls(const Scene& scene, const Velocity& motion, CellState& cells);
+/// To where the tractions that are controlled are those of a time.
+void bring_to_load(const Scene& scene, Space& space, double time, CellState& cells);
+
+/// The largest of the norms (59) of a combination, to which the motion of walls under force control belongs, as the stress that
+/// it would make: the error of a traction that is held is zero, and the walls have it.
+[[nodiscard]] double largest_norm(const Scene& scene, Space& space, std::span<const Space::Term> terms);
 
 } // namespace ductile::quasistatic

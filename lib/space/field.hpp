@@ -40,6 +40,11 @@ public:
             f[i] = f[i - columns_];
     }
 
+    void wrap() {
+        for (int j = 0; j < rows_; ++j)
+            wrap_row(j);
+    }
+
     /// The whole storage, ghosts and images included (for copies and bitwise comparisons).
     [[nodiscard]] const aligned_vector<double>& storage() const { return values_; }
 

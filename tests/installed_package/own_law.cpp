@@ -37,15 +37,16 @@ void shear() {
     Scene scene = make_scene(options);
     const Voce voce{.first_yield = 1.0, .saturation = 1.4, .strain = 0.02, .rate = 2e-6};
     scene.law = make_law(scene.law->elasticity(), voce);
-    State state = initial_state(scene, Field(16, 16));
-    const auto stepper = make_time_stepper(options, scene);
+    auto space = make_space(options, scene);
+    State state = initial_state(scene, *space, Field(16, 16));
+    const auto stepper = make_time_stepper(options, scene, std::move(space));
     const double end = 35e4;
     for (int n = 0; n < 700; ++n)
         stepper->attempt(state, end / 700, (n + 1) * end / 700, [](const StepAttempt&) { return true; });
     const double mu = scene.law->elasticity().shear_modulus, rate = scene.walls.after(0.0).shear / (0.5 * scene.grid.height);
     const double expected = stress_by_ode(
         voce, end, [&](double) { return mu * rate; }, 2.0 * mu, 1.0);
-    const double found = observe(scene, state.cells).wall_traction;
+    const double found = stepper->space().observe(state.cells).wall_traction;
     fmt::print("shear: traction {} of the first yield stress, agrees: {}\n", found > 1.2 ? "beyond 1.2" : "too small",
                std::abs(found / expected - 1.0) < 1e-4);
 }

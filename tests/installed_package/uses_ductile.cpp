@@ -1,6 +1,6 @@
 // A layer between two fixed walls is pushed along them by the same force at every node and bends to a parabola.
-#include <ductile/equilibrium/solver.hpp>
 #include <ductile/material/stz.hpp>
+#include <ductile/space/equilibrium_solver.hpp>
 
 #include <cmath>
 #include <fmt/format.h>

@@ -2,7 +2,7 @@
 // factors fit, and the bandwidth of a triad to judge them by. Run it alone on an idle machine; it takes about two minutes.
 #include <ductile/base/aligned.hpp>
 #include <ductile/base/threads.hpp>
-#include <ductile/equilibrium/solver.hpp>
+#include <ductile/space/equilibrium_solver.hpp>
 
 #include <algorithm>
 #include <chrono>

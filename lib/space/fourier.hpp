@@ -1,5 +1,5 @@
 #pragma once
-#include <ductile/equilibrium/solver.hpp>
+#include <ductile/space/equilibrium_solver.hpp>
 
 namespace ductile {
 

@@ -1,6 +1,6 @@
-#include <ductile/equilibrium/cholesky.hpp>
-#include <ductile/equilibrium/fourier.hpp>
-#include <ductile/equilibrium/solver.hpp>
+#include <ductile/space/cholesky.hpp>
+#include <ductile/space/equilibrium_solver.hpp>
+#include <ductile/space/fourier.hpp>
 
 namespace ductile {
 

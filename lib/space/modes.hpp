@@ -1,6 +1,6 @@
 #pragma once
 #include <ductile/base/aligned.hpp>
-#include <ductile/equilibrium/solver.hpp>
+#include <ductile/space/equilibrium_solver.hpp>
 
 #include <cstddef>
 #include <vector>

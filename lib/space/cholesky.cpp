@@ -1,7 +1,7 @@
 #include <ductile/base/error.hpp>
-#include <ductile/equilibrium/cholesky.hpp>
-#include <ductile/equilibrium/free_motions.hpp>
-#include <ductile/equilibrium/sparse_cholesky.hpp>
+#include <ductile/linear/sparse_cholesky.hpp>
+#include <ductile/space/cholesky.hpp>
+#include <ductile/space/free_motions.hpp>
 
 #include <algorithm>
 #include <fmt/format.h>

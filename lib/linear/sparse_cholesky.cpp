@@ -1,5 +1,5 @@
 #include <ductile/base/error.hpp>
-#include <ductile/equilibrium/sparse_cholesky.hpp>
+#include <ductile/linear/sparse_cholesky.hpp>
 
 #include <algorithm>
 #include <cholmod.h>

@@ -1,6 +1,6 @@
 #pragma once
-#include <ductile/equilibrium/boundary.hpp>
-#include <ductile/equilibrium/solver.hpp>
+#include <ductile/space/boundary.hpp>
+#include <ductile/space/equilibrium_solver.hpp>
 
 #include <memory>
 

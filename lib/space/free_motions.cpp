@@ -1,4 +1,4 @@
-#include <ductile/equilibrium/free_motions.hpp>
+#include <ductile/space/free_motions.hpp>
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/QR>

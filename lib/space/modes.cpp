@@ -1,6 +1,6 @@
 #include <ductile/base/vectorise.hpp>
-#include <ductile/equilibrium/modes.hpp>
-#include <ductile/equilibrium/stencil.hpp>
+#include <ductile/space/modes.hpp>
+#include <ductile/space/stencil.hpp>
 
 #include <algorithm>
 #include <cmath>

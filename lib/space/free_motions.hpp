@@ -1,7 +1,7 @@
 #pragma once
 // Private: users of the library need not have Eigen.
-#include <ductile/equilibrium/nodes.hpp>
-#include <ductile/equilibrium/stencil.hpp>
+#include <ductile/space/nodes.hpp>
+#include <ductile/space/stencil.hpp>
 
 #include <Eigen/Core>
 

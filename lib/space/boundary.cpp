@@ -1,5 +1,5 @@
 #include <ductile/base/error.hpp>
-#include <ductile/equilibrium/boundary.hpp>
+#include <ductile/space/boundary.hpp>
 
 #include <fmt/format.h>
 

@@ -1,8 +1,8 @@
 #include <ductile/base/error.hpp>
 #include <ductile/base/threads.hpp>
 #include <ductile/base/vectorise.hpp>
-#include <ductile/equilibrium/fourier.hpp>
-#include <ductile/equilibrium/modes.hpp>
+#include <ductile/space/fourier.hpp>
+#include <ductile/space/modes.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include <ductile/equilibrium/nodes.hpp>
+#include <ductile/space/nodes.hpp>
 
 namespace ductile {
 

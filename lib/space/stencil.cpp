@@ -1,4 +1,4 @@
-#include <ductile/equilibrium/stencil.hpp>
+#include <ductile/space/stencil.hpp>
 
 #include <algorithm>
 

@@ -1,5 +1,5 @@
 #pragma once
-#include <ductile/equilibrium/boundary.hpp>
+#include <ductile/space/boundary.hpp>
 
 #include <array>
 #include <vector>

@@ -1,0 +1,308 @@
+#include <ductile/base/threads.hpp>
+#include <ductile/material/point_rates.hpp>
+#include <ductile/space/space.hpp>
+#include <ductile/space/terms.hpp>
+
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace ductile {
+
+Space::Space(const Grid& grid, const Medium& medium)
+    : grid_(grid), medium_(medium), scale_{std::sqrt(3.0), std::sqrt(2.0), std::sqrt(2.0), std::sqrt(6.0)},
+      row_sums_(static_cast<std::size_t>(grid.cells_y) * (1 + most_variables)),
+      row_counts_(static_cast<std::size_t>(grid.cells_y)) {
+    for (const InternalVariable& variable : medium_.law->variables())
+        scale_.push_back(1.0 / variable.natural_scale());
+}
+
+double Space::rates(const CellState& cells, const VectorField& velocity, CellState& rate, VectorField& force) {
+    const auto kernel = [&](int j) {
+        row_sums_[static_cast<std::size_t>(j)] =
+            medium_.law->add_flow_rates(grid_.cells_x, flow_rows(cells, j), flow_rows(rate, j));
+        for (Field* f : {&rate.stress.p, &rate.stress.s, &rate.stress.tau, &rate.stress.q})
+            f->wrap_row(j);
+    };
+    sweep(cells, velocity, false, rate, kernel, -1.0, force);
+    double relaxation = 0.0;
+    for (int j = 0; j < grid_.cells_y; ++j)
+        relaxation = std::max(relaxation, row_sums_[static_cast<std::size_t>(j)]);
+    return relaxation;
+}
+
+Rk21Counts Space::predict(Predictor predictor, const CellState& now, CellState& transported, const VectorField& velocity,
+                          double dt, const Rk21Options& options, CellState& next, VectorField& force) {
+    if (medium_.transported)
+        extrapolate_to_ghost_rows(transported);
+    const auto kernel = [&](int j) {
+        Rk21Counts& counts = row_counts_[static_cast<std::size_t>(j)];
+        counts = {};
+        const double* const p = now.stress.p.row(j);
+        double* const p_next = next.stress.p.row(j);
+        for (int i = 0; i < grid_.cells_x; i += pack_size)
+            store(load(p + i) + Pack(dt) * load(p_next + i), p_next + i);
+        if (predictor == Predictor::euler)
+            medium_.law->flow_by_euler(grid_.cells_x, flow_rows(now, j), flow_rows(next, j), dt);
+        else
+            medium_.law->flow_by_substeps(grid_.cells_x, flow_rows(now, j), flow_rows(next, j), dt, options, counts);
+        next.wrap_row(j);
+    };
+    sweep(transported, velocity, predictor == Predictor::incremental, next, kernel, -1.0 / dt, force);
+    Rk21Counts total;
+    for (const Rk21Counts& counts : row_counts_)
+        total.add(counts);
+    return total;
+}
+
+void Space::plastic_rate(const CellState& cells, CellState& rate) const {
+    for_each_row({grid_.cells_y, grid_.cells_x}, [&](int j) {
+        for (int k = 0; k < rate.count(); ++k)
+            std::fill_n(rate.field(k).row(j), grid_.cells_x, 0.0);
+        (void)medium_.law->add_flow_rates(grid_.cells_x, flow_rows(cells, j), flow_rows(rate, j));
+        rate.wrap_row(j);
+    });
+    rate.wall = {};
+}
+
+Rk21Counts Space::relax(CellState& sources, double duration, const Rk21Options& options, CellState& cells) {
+    for_each_row({grid_.cells_y, grid_.cells_x}, [&](int j) {
+        Rk21Counts& counts = row_counts_[static_cast<std::size_t>(j)];
+        counts = {};
+        for (int i = 0; i < grid_.cells_x; i += pack_size) {
+            double* const p = sources.stress.p.row(j) + i;
+            store(load(cells.stress.p.row(j) + i) + Pack(duration) * load(p), p);
+        }
+        medium_.law->flow_by_substeps(grid_.cells_x, flow_rows(cells, j), flow_rows(sources, j), duration, options, counts);
+        sources.wrap_row(j);
+    });
+    Rk21Counts total;
+    for (const Rk21Counts& counts : row_counts_)
+        total.add(counts);
+    sources.wall = cells.wall + duration * sources.wall;
+    std::swap(cells, sources);
+    return total;
+}
+
+void Space::combine(std::span<const Term> terms, CellState& out) const {
+    for_each_row({grid_.cells_y, grid_.cells_x}, [&](int j) { combine_row(terms, 0, j, out); });
+    out.wall = sum_walls(terms);
+}
+
+CombinationNorm Space::norm(std::span<const Term> terms) {
+    const auto variables = medium_.law->variables();
+    for_each_row({grid_.cells_y, grid_.cells_x}, [&](int j) {
+        const auto sum_squares = [&](const auto& square_at) __attribute__((DUCTILE_ALWAYS_INLINE)) {
+            Pack sum(0.0);
+            for (int i = 0; i < grid_.cells_x; i += pack_size) {
+                const Pack::Mask real = Pack::counting_from(i) < Pack(static_cast<double>(grid_.cells_x));
+                sum = sum + select(real, square_at(i), Pack(0.0));
+            }
+            return sum_of(sum);
+        };
+        double* const sums = row_sums_.data() + static_cast<std::size_t>(j) * (1 + most_variables);
+        const auto rows = stress_rows_of(terms, j);
+        sums[0] = sum_squares([&](int i) __attribute__((DUCTILE_ALWAYS_INLINE)) {
+            const Pack p = sum_terms(terms, rows[0], i), s = sum_terms(terms, rows[1], i);
+            const Pack tau = sum_terms(terms, rows[2], i), q = sum_terms(terms, rows[3], i);
+            // sigma : sigma = 3 p^2 + 2 s^2 + 2 tau^2 + 6 q^2
+            return Pack(3.0) * (p * p) + Pack(2.0) * (s * s + tau * tau) + Pack(6.0) * (q * q);
+        });
+        for (std::size_t k = 0; k < variables.size(); ++k) {
+            const auto row = rows_of(terms, stress_fields + static_cast<int>(k), j);
+            sums[1 + k] = sum_squares([&](int i) __attribute__((DUCTILE_ALWAYS_INLINE)) {
+                const Pack x = sum_terms(terms, row, i);
+                return x * x;
+            });
+        }
+    });
+    const auto mean_root = [&](std::size_t k) {
+        double sum = 0.0; // row after row, so that the result does not depend on the number of threads
+        for (int j = 0; j < grid_.cells_y; ++j)
+            sum += row_sums_[static_cast<std::size_t>(j) * (1 + most_variables) + k];
+        return std::sqrt(sum / (static_cast<double>(grid_.cells_x) * grid_.cells_y));
+    };
+    CombinationNorm result{.stress = mean_root(0)};
+    for (std::size_t k = 0; k < variables.size(); ++k)
+        if (const double internal = mean_root(1 + k) / variables[k].natural_scale(); !(internal <= result.internal))
+            result.internal = internal; // NaN is kept
+    return result;
+}
+
+namespace {
+
+/// Largest (sbar/yield stress)^2 in row j of the state cells + dt rate.
+double yield_square(const Grid& grid, const Law& law, const CellState& cells, double dt, const CellState& rate, int j) {
+    constexpr int chunk = 4 * row_unit;
+    std::array<std::array<double, chunk>, 1 + most_variables> values; // of the internal variables, and the yield stress
+    std::array<const double*, most_variables> internal;
+    double* const yield = values.back().data();
+    Pack square(0.0);
+    for (int first = 0; first < grid.cells_x; first += chunk) {
+        const int count = std::min(chunk, grid.cells_x - first);
+        const auto at = [&](const Field& value, const Field& slope, int i) __attribute__((DUCTILE_ALWAYS_INLINE)) {
+            return load(value.row(j) + first + i) + Pack(dt) * load(slope.row(j) + first + i);
+        };
+        for (std::size_t k = 0; k < cells.internal.size(); ++k) {
+            internal[k] = values[k].data();
+            for (int i = 0; i < count; i += pack_size)
+                store(at(cells.internal[k], rate.internal[k], i), values[k].data() + i);
+        }
+        law->yield_stress(count, internal.data(), yield);
+        for (int i = 0; i < count; i += pack_size) {
+            const std::array<Pack, 3> y{at(cells.stress.s, rate.stress.s, i), at(cells.stress.tau, rate.stress.tau, i),
+                                        at(cells.stress.q, rate.stress.q, i)};
+            const Pack limit = load(yield + i);
+            // a law without elastic range is always above yield
+            square = maximum(square, select(limit > Pack(0.0), deviatoric_square(y) / (limit * limit),
+                                            Pack(std::numeric_limits<double>::infinity())));
+        }
+    }
+    return largest_of(square);
+}
+
+} // namespace
+
+double Space::yield_ratio(const CellState& cells, double dt, const CellState& rate) const {
+    return std::sqrt(gather_rows(
+        Rows{grid_.cells_y, grid_.cells_x}, 0.0,
+        [&](int j, double& largest) { largest = std::max(largest, yield_square(grid_, medium_.law, cells, dt, rate, j)); },
+        [](double& total, double part) { total = std::max(total, part); }));
+}
+
+MeanTraction Space::mean_traction(const StressField& stress) {
+    for_each_row({grid_.cells_y, grid_.cells_x}, [&](int j) {
+        const double *p = stress.p.row(j), *s = stress.s.row(j), *tau = stress.tau.row(j), *q = stress.q.row(j);
+        double shear = 0.0, normal = 0.0;
+        for (int i = 0; i < grid_.cells_x; ++i) {
+            shear += tau[i];
+            normal -= p[i] + s[i] + q[i];
+        }
+        row_sums_[static_cast<std::size_t>(2 * j)] = shear;
+        row_sums_[static_cast<std::size_t>(2 * j + 1)] = normal;
+    });
+    MeanTraction total;
+    for (int j = 0; j < grid_.cells_y; ++j) {
+        total.shear += row_sums_[static_cast<std::size_t>(2 * j)];
+        total.normal += row_sums_[static_cast<std::size_t>(2 * j + 1)];
+    }
+    const double cells = static_cast<double>(grid_.cells_x) * grid_.cells_y;
+    return {total.shear / cells, total.normal / cells};
+}
+
+namespace {
+
+struct Extremes {
+    double smallest = std::numeric_limits<double>::infinity(), largest = -std::numeric_limits<double>::infinity();
+};
+
+struct RowSums {
+    double tau = 0.0, yy = 0.0, magnitude = 0.0, largest = 0.0;
+    std::array<Extremes, most_variables> internal;
+    long long plastic = 0;
+};
+
+constexpr int chunk = 8 * row_unit;
+
+RowSums observe_row(const Grid& grid, const Law& law, const CellState& cells, int j) {
+    const double *p = cells.stress.p.row(j), *s = cells.stress.s.row(j), *tau = cells.stress.tau.row(j);
+    const double* q = cells.stress.q.row(j);
+    const Pack columns(static_cast<double>(grid.cells_x));
+    RowSums sums;
+    Pack tau_sum(0.0), yy_sum(0.0), magnitude_sum(0.0), largest(0.0);
+    std::array<double, chunk> yield;
+    for (int i = 0; i < grid.cells_x; i += pack_size) {
+        if (i % chunk == 0)
+            law->yield_stress(std::min(chunk, grid.cells_x - i), flow_rows(cells, j, i) + 3, yield.data());
+        const Pack::Mask real = Pack::counting_from(i) < columns; // lanes beyond the last column hold copies
+        const Pack si = load(s + i), ti = load(tau + i), qi = load(q + i);
+        const Pack sbar = square_root(si * si + ti * ti + Pack(3.0) * (qi * qi));
+        tau_sum = tau_sum + select(real, ti, Pack(0.0));
+        yy_sum = yy_sum - select(real, load(p + i) + si + qi, Pack(0.0));
+        magnitude_sum = magnitude_sum + select(real, sbar, Pack(0.0));
+        largest = maximum(largest, sbar);
+        sums.plastic += count_of(real && sbar >= load(yield.data() + i % chunk));
+    }
+    for (std::size_t k = 0; k < cells.internal.size(); ++k) {
+        const double* const row = cells.internal[k].row(j);
+        Pack low(sums.internal[k].smallest), high(sums.internal[k].largest);
+        for (int i = 0; i < grid.cells_x; i += pack_size) {
+            low = minimum(low, load(row + i));
+            high = maximum(high, load(row + i));
+        }
+        sums.internal[k] = {smallest_of(low), largest_of(high)};
+    }
+    sums.tau = sum_of(tau_sum);
+    sums.yy = sum_of(yy_sum);
+    sums.magnitude = sum_of(magnitude_sum);
+    sums.largest = largest_of(largest);
+    return sums;
+}
+
+} // namespace
+
+Observables Space::observe(const CellState& cells) const {
+    const Grid& grid = grid_;
+    std::vector<RowSums> rows(static_cast<std::size_t>(grid.cells_y));
+    for_each_row({grid.cells_y, grid.cells_x},
+                 [&](int j) { rows[static_cast<std::size_t>(j)] = observe_row(grid, medium_.law, cells, j); });
+
+    // summed row after row, so that the result does not depend on the number of threads
+    RowSums total;
+    for (const RowSums& row : rows) {
+        total.tau += row.tau;
+        total.yy += row.yy;
+        total.magnitude += row.magnitude;
+        total.largest = std::max(total.largest, row.largest);
+        for (std::size_t k = 0; k < cells.internal.size(); ++k)
+            total.internal[k] = {std::min(total.internal[k].smallest, row.internal[k].smallest),
+                                 std::max(total.internal[k].largest, row.internal[k].largest)};
+        total.plastic += row.plastic;
+    }
+    const double cells_total = static_cast<double>(grid.cells_x) * grid.cells_y;
+    Observables seen{.wall_traction = total.tau / cells_total,
+                     .normal_traction = total.yy / cells_total,
+                     .mean_magnitude = total.magnitude / cells_total,
+                     .largest_magnitude = total.largest,
+                     .plastic_fraction = static_cast<double>(total.plastic) / cells_total};
+    for (std::size_t k = 0; k < cells.internal.size(); ++k) {
+        seen.smallest_internal.push_back(total.internal[k].smallest);
+        seen.largest_internal.push_back(total.internal[k].largest);
+    }
+    return seen;
+}
+
+namespace {
+
+/// action(field, row, scale, values) for every row of every field.
+void for_each_packed(auto& cells, auto values, std::span<const double> scale, const auto& action) {
+    const Field& shape = cells.stress.p;
+    const auto columns = static_cast<std::size_t>(shape.columns());
+    const std::size_t field_size = columns * static_cast<std::size_t>(shape.rows());
+    for_each_row({shape.rows(), shape.columns()}, [&](int j) {
+        for (std::size_t k = 0; k < scale.size(); ++k)
+            action(cells.field(static_cast<int>(k)), j, scale[k],
+                   values.subspan(k * field_size + static_cast<std::size_t>(j) * columns, columns));
+    });
+}
+
+} // namespace
+
+std::size_t Space::packed_size() const {
+    return scale_.size() * static_cast<std::size_t>(grid_.cells_x) * static_cast<std::size_t>(grid_.cells_y);
+}
+
+void Space::pack(const CellState& cells, std::span<double> values) const {
+    for_each_packed(cells, values, scale_, [](const Field& field, int j, double scale, std::span<double> row) {
+        std::transform(field.row(j), field.row(j) + row.size(), row.begin(), [=](double x) { return scale * x; });
+    });
+}
+
+void Space::unpack(std::span<const double> values, CellState& cells) const {
+    for_each_packed(cells, values, scale_, [](Field& field, int j, double scale, std::span<const double> row) {
+        std::ranges::transform(row, field.row(j), [=](double x) { return x / scale; });
+        field.wrap_row(j);
+    });
+}
+
+} // namespace ductile

@@ -1,0 +1,177 @@
+#pragma once
+#include <ductile/ode/rk21.hpp>
+#include <ductile/space/cells.hpp>
+#include <ductile/space/equilibrium_solver.hpp>
+#include <ductile/time/system.hpp>
+
+#include <algorithm>
+#include <functional>
+#include <memory>
+#include <span>
+#include <vector>
+
+/// A discretisation in space of the quasi-static equations as verbs: all loops over rows, cells and nodes are behind them, and
+/// whoever integrates in time sees states, velocities and one call a sweep.
+namespace ductile {
+
+/// What fills a space. All in natural units.
+struct Medium {
+    Law law;
+    bool transported = true; ///< advection and Jaumann spin are kept, Eqs. (27), (28); otherwise (57), (58)
+};
+
+/// How the constitutive equations are advanced before the projection.
+enum class Predictor {
+    euler,       ///< forward Euler without C : D, Eq. (16)
+    substepped,  ///< RK2(1) substeps without C : D: Eq. (16) with the plastic terms resolved (Sec. 4.3)
+    incremental, ///< RK2(1) substeps with C : D(q), Eqs. (27), (28)
+};
+
+/// A rate that is not complete yet: `fields` hold f of the method of lines; the rate is f + C : D(velocity).
+struct OpenRate {
+    CellState* fields = nullptr;
+    const VectorField* velocity = nullptr;
+    double factor = 0.0;
+    bool close = true; ///< write the complete rate back to `fields`
+};
+
+/// Norms (59) of a combination.
+struct CombinationNorm {
+    double stress = 0.0;   ///< Frobenius norm of the 3 x 3 stress, root mean square over the domain
+    double internal = 0.0; ///< root mean square of an internal variable in units of its scale, the largest of all
+
+    [[nodiscard]] double largest() const { return std::max(stress, internal); }
+};
+
+/// Scalars that describe a state, in natural units.
+struct Observables {
+    double wall_traction = 0.0;     ///< shear force on a wall per length: the mean of tau (every row has the same mean)
+    double normal_traction = 0.0;   ///< mean sigma_yy
+    double mean_magnitude = 0.0;    ///< mean of sbar
+    double largest_magnitude = 0.0; ///< max of sbar
+    std::vector<double> smallest_internal = {}, largest_internal = {}; ///< of each internal variable
+    double plastic_fraction = 0.0;                                     ///< share of cells at or above yield
+};
+
+/// Mean of tau and of sigma_yy over all cells: the traction on the walls, in equilibrium.
+struct MeanTraction {
+    double shear = 0.0, normal = 0.0;
+};
+
+/// What the motion of walls adds to a velocity, and how that differs from another one.
+struct VelocityChange {
+    double change = 0.0;       ///< largest difference of a component
+    double courant_rate = 0.0; ///< largest |u|/dx + |v|/dy
+};
+
+/// The verbs. Points, where stress and internal variables live, are of equal weight in all means; images are wrapped by whoever
+/// writes a field. The rates, combinations and norms are what time::System asks for.
+class Space {
+public:
+    using Term = time::Term<CellState>;
+
+    Space(const Grid& grid, const Medium& medium);
+    virtual ~Space() = default;
+    Space(const Space&) = delete;
+    Space& operator=(const Space&) = delete;
+
+    [[nodiscard]] const Grid& grid() const { return grid_; }
+    [[nodiscard]] const Medium& medium() const { return medium_; }
+    [[nodiscard]] CellState make_cells() const { return {grid_, medium_.law->variables().size()}; }
+    [[nodiscard]] VectorField make_velocity() const { return VectorField(grid_); }
+
+    // what depends on where velocity lives
+
+    /// K v = force with v = 0 on the walls (or, WallData::given, what `force` has there), in place. Throws RunError when the
+    /// solution is not finite.
+    virtual void solve(VectorField& force, WallData walls) = 0;
+    /// factor * B^T sigma inside, zero on the walls.
+    virtual void divergence(const StressField& stress, double factor, VectorField& force) const = 0;
+    /// max |B^T sigma| inside, divided by (largest |sigma| component times the longer side of a cell): the relative residual of
+    /// discrete equilibrium. `force` is room to work in.
+    [[nodiscard]] virtual double equilibrium_residual(const StressField& stress, VectorField& force) const = 0;
+    /// Completes a rate in place: f += C : D(v).
+    virtual void close(const VectorField& velocity, CellState& rate) const = 0;
+    /// out = sum of terms + open.factor * (f + C : D(v)), at most nine terms; `out` may be one of them.
+    virtual void combine(std::span<const Term> terms, const OpenRate& open, CellState& out) const = 0;
+    /// stress += dt C : (D(phi) + D_w), D_w the gradient of walls that move; returns Q* of the first part, which vanishes on the
+    /// walls: Q*^2 = 1/|Omega| integral of (sbar^2/mu^2 + p^2/(K mu)) dA.
+    virtual double correct(const VectorField& phi, const Velocity& wall, double dt, StressField& stress) = 0;
+    /// velocity(y) += change * 2 y/height: two walls whose velocities change by `change` (upper) and -`change` (lower).
+    virtual void add_affine(const Velocity& change, VectorField& velocity) const = 0;
+    /// The same, and compares with `guess`.
+    virtual VelocityChange add_affine_and_compare(const Velocity& wall, const VectorField& guess,
+                                                  VectorField& velocity) const = 0;
+    /// The velocity inside, without images, scaled: 2 M (N - 1) numbers on the staggered grid.
+    [[nodiscard]] virtual std::size_t interior_size() const = 0;
+    virtual void pack_interior(const VectorField& velocity, double factor, std::span<double> values) const = 0;
+    /// Leaves the walls as they are.
+    virtual void unpack_interior(std::span<const double> values, double factor, VectorField& velocity) const = 0;
+    virtual void set_walls(const Velocity& upper, VectorField& velocity) const = 0;
+    [[nodiscard]] virtual std::size_t memory_bytes() const = 0; ///< factors, plans and work space
+    [[nodiscard]] virtual std::string_view solver_name() const = 0;
+
+    // what happens point by point
+
+    /// f of the method of lines in `rate`, f = spin - advection - C : D^pl, dchi/dt, and in `force` -B^T f. Ghost rows of `cells`
+    /// must be up to date if transported. Returns the largest relaxation rate 2 mu dD^pl/dsbar.
+    double rates(const CellState& cells, const VectorField& velocity, CellState& rate, VectorField& force);
+
+    /// The predictor of one global step: from the state at t_n computes, for every cell,
+    ///   sigma* = integral of  [spin - advection](sigma_n, v_n) + [incremental: C : D(v_n)] - 2 mu D^pl sigma_0/sbar,
+    ///   chi*   = integral of  -advection(chi_n, v_n) + F(sigma, chi),
+    /// bracketed terms constant over the step, at t_n in the paper. The Jaumann spin, Eq. (5), with (grad v)_ij = dv_i/dx_j reads
+    ///   ds/dt += (du/dy - dv/dx) tau,  dtau/dt -= (du/dy - dv/dx) s;  p and q do not turn.
+    /// Cells whose stress stays below yield at both ends of the step (sbar is convex along the straight elastic path) are updated
+    /// in closed form. In the same sweep, while the rows are in cache, `force` receives -B^T sigma*/dt.
+    ///
+    /// Spin and advection are those of the cells `transported`: `now` itself for terms frozen at t_n, or fields extrapolated to
+    /// the middle of the step, together with such a velocity. Not changed but for its ghost rows.
+    /// `next` gets sigma* and chi*. Returns the substeps of plastic cells; a cell that stays elastic takes none.
+    Rk21Counts predict(Predictor predictor, const CellState& now, CellState& transported, const VectorField& velocity, double dt,
+                       const Rk21Options& options, CellState& next, VectorField& force);
+
+    /// rate = (-C : D^pl, dchi/dt), Eqs. (20), (21); nothing else.
+    void plastic_rate(const CellState& cells, CellState& rate) const;
+    /// Takes `cells` over `duration` by (sources + plastic rate) with constant sources, every cell that flows in its own RK2(1)
+    /// substeps. The memory of `sources` is used up.
+    Rk21Counts relax(CellState& sources, double duration, const Rk21Options& options, CellState& cells);
+
+    /// out = sum of terms, at most ten; `out` may be one of them.
+    void combine(std::span<const Term> terms, CellState& out) const;
+    [[nodiscard]] CombinationNorm norm(std::span<const Term> terms);
+    /// Largest sbar/(yield stress) over all cells of the state cells + dt rate.
+    [[nodiscard]] double yield_ratio(const CellState& cells, double dt, const CellState& rate) const;
+    [[nodiscard]] MeanTraction mean_traction(const StressField& stress);
+    [[nodiscard]] Observables observe(const CellState& cells) const;
+
+    /// Cells as one vector without images, field after field, scaled such that the root mean square of all components is
+    /// sqrt(1/n) times norm() of the state, n the number of fields, if internal variables are counted together: with an absolute
+    /// tolerance A/sqrt(n) and no relative one, the error test of SUNDIALS bounds that norm by A.
+    [[nodiscard]] std::size_t packed_size() const;
+    void pack(const CellState& cells, std::span<double> values) const;
+    void unpack(std::span<const double> values, CellState& cells) const;
+
+protected:
+    /// What becomes of row j of the sources.
+    using RowKernel = std::function<void(int j)>;
+    /// In one pass: row after row of `sources` receives [elastic: C : D(v)] + [transported: spin - advection by v] of `cells`,
+    /// `kernel(j)` makes of it what it wants, and `force` factor * B^T of the stress that comes out.
+    virtual void sweep(const CellState& cells, const VectorField& velocity, bool elastic, CellState& sources,
+                       const RowKernel& kernel, double factor, VectorField& force) = 0;
+    /// Room for a number of each row, so that sums do not depend on the number of threads.
+    [[nodiscard]] std::vector<double>& row_sums() { return row_sums_; }
+
+private:
+    Grid grid_;
+    Medium medium_;
+    std::vector<double> scale_; ///< of the fields in a packed state
+    std::vector<double> row_sums_;
+    std::vector<Rk21Counts> row_counts_;
+};
+
+/// The staggered grid of Lu & Rycroft, Sec. 2.1, with its elliptic solver. Throws InputError for an impossible grid or medium.
+[[nodiscard]] std::unique_ptr<Space> make_staggered_space(const Grid& grid, const Medium& medium, SolverKind solver,
+                                                          Stiffness stiffness = Stiffness::exact);
+
+} // namespace ductile
