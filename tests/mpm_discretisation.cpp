@@ -441,7 +441,8 @@ TEST_CASE("the order of the particles in memory changes a step by no more than r
         std::vector<std::int32_t> order(sorted.state.particles.size());
         std::iota(order.begin(), order.end(), 0);
         std::shuffle(order.begin(), order.end(), std::mt19937(1));
-        shuffled.state.particles.permute(order);
+        Particles::PermutationBuffers buffers;
+        shuffled.state.particles.permute(order, buffers);
         for (Block* b : {&sorted, &shuffled}) {
             ExplicitStep step(b->scene, Form::velocity);
             for (int n = 0; n < 5; ++n)
@@ -677,7 +678,8 @@ TEST_CASE("bodies are numbered in the order they are added, and sorting keeps th
         CHECK(b.state.particles.body[p] == (p < 64 ? 0 : 1));
     std::vector<std::int32_t> order(b.state.particles.size());
     std::iota(order.rbegin(), order.rend(), 0);
-    b.state.particles.permute(order);
+    Particles::PermutationBuffers buffers;
+    b.state.particles.permute(order, buffers);
     CHECK(b.state.particles.body.front() == 1);
     CHECK(b.state.particles.body.back() == 0);
 }

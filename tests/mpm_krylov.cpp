@@ -33,7 +33,7 @@ Vector reflected(std::span<const double> x) {
 }
 
 /// The symmetric matrix Q diag(values, repeated) Q.
-LinearMap matrix(const Vector& values) {
+auto matrix(const Vector& values) {
     return [values](std::span<const double> x, std::span<double> result) {
         Vector y = reflected(x);
         for (std::size_t i = 0; i < n; ++i)
@@ -57,7 +57,7 @@ TEST_SUITE_BEGIN("mpm_krylov");
 
 TEST_CASE("both solvers need one iteration for each different eigenvalue, and keep their promise before") {
     const Vector values{1.0, 3.0, 7.0, 20.0, 55.0};
-    const LinearMap a = matrix(values);
+    const auto a = matrix(values);
     const Vector b = random_vector(1);
     for (const bool gmres : {true, false}) {
         Krylov krylov;
@@ -83,8 +83,8 @@ TEST_CASE("both solvers need one iteration for each different eigenvalue, and ke
 }
 
 TEST_CASE("preconditioned by a matrix with the same vectors they need one for each different ratio") {
-    const LinearMap a = matrix({2.0, 6.0, 10.0, 30.0}), inverse = matrix({1.0, 1.0 / 3.0, 1.0 / 10.0, 1.0 / 30.0}); // ratios 2, 1
-    const InPlaceMap precondition = [&](std::span<double> z) {
+    const auto a = matrix({2.0, 6.0, 10.0, 30.0}), inverse = matrix({1.0, 1.0 / 3.0, 1.0 / 10.0, 1.0 / 30.0}); // ratios 2, 1
+    const auto precondition = [&](std::span<double> z) {
         const Vector before(z.begin(), z.end());
         inverse(before, z);
     };
@@ -101,7 +101,7 @@ TEST_CASE("preconditioned by a matrix with the same vectors they need one for ea
 }
 
 TEST_CASE("GMRES solves what is not symmetric; conjugate gradients end where a matrix is not positive definite") {
-    const LinearMap skew = [](std::span<const double> x, std::span<double> result) {
+    const auto skew = [](std::span<const double> x, std::span<double> result) {
         for (std::size_t i = 0; i < n; ++i) // a rotation by 90 degrees in each plane, and a shift
             result[i] = 0.5 * x[i] + (i % 2 == 0 ? -x[i + 1] : x[i - 1]);
     };

@@ -77,7 +77,7 @@ TEST_CASE("so have long sums, and a Krylov method made of them") {
         const Threads team(threads);
         std::vector<double> s(size);
         Krylov krylov;
-        const LinearMap map = [&](std::span<const double> x, std::span<double> result) {
+        const auto map = [&](std::span<const double> x, std::span<double> result) {
             for (std::size_t i = 0; i < size; ++i)
                 result[i] = (3.0 + a[i]) * x[i] - (i > 0 ? x[i - 1] : 0.0);
         };

@@ -72,6 +72,17 @@ void for_each_row(Rows rows, const auto& visit) {
 template <class Part>
 [[nodiscard]] Part sweep_rows(Rows rows, const Part& start, const auto& visit, const auto& between, const auto& merge) {
     const int shares = rows.shares();
+    if (shares == 1) {
+        Part part = start;
+        for (int j = 0; j < rows.count; ++j) {
+            visit(j, part);
+            if (j > 0)
+                between(j);
+        }
+        Part total = start;
+        merge(total, part);
+        return total;
+    }
     std::vector<Part> parts(static_cast<std::size_t>(shares), start);
     std::vector<std::atomic<bool>> one_side_done(static_cast<std::size_t>(shares) + 1);
     for_each_task(shares, [&](int share) {

@@ -88,7 +88,7 @@ public:
     [[nodiscard]] virtual std::size_t memory_bytes() const = 0;
 };
 
-/// The discretisation with the scene's shape functions and geometry. The scene must live as long.
+/// The discretisation with the scene's shape functions and geometry.
 [[nodiscard]] std::unique_ptr<Discretisation> make_discretisation(const Scene& scene);
 
 } // namespace ductile::mpm

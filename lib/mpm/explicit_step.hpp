@@ -37,7 +37,7 @@ private:
     void check_travel(const State& state, std::span<const double> velocity, double dt) const;
     void check_forecast(const State& state, const NodalMotion& motion) const;
 
-    const Scene& scene_;
+    Scene scene_;
     Form form_;
     std::unique_ptr<Discretisation> discretisation_;
     aligned_vector<double> force_, external_, increment_, motion_, straining_;

@@ -129,13 +129,15 @@ private:
             balance_.linearise(u);
             preconditioner_.update(balance_);
         };
+        const auto jacobian_times = [&](auto s, auto js) { balance_.jacobian_times(s, js); };
+        const auto precondition = [&](std::span<double> z) { preconditioner_.apply(z); };
+        const auto velocity_change = [&](auto s, auto w) { balance_.straining_change(s, w); };
         const NonlinearSystem system{.size = balance_.size(),
                                      .residual = residual,
                                      .linearise = linearise,
-                                     .jacobian_times = [&](auto s, auto js) { balance_.jacobian_times(s, js); },
-                                     .precondition =
-                                         preconditioned ? InPlaceMap([&](auto z) { preconditioner_.apply(z); }) : InPlaceMap(),
-                                     .velocity_change = [&](auto s, auto w) { balance_.straining_change(s, w); }};
+                                     .jacobian_times = jacobian_times,
+                                     .precondition = preconditioned ? InPlaceMap(precondition) : InPlaceMap(),
+                                     .velocity_change = velocity_change};
         if (kinsol_solver(options_.solver))
             return solve_by_kinsol(system);
         return linear_ ? newton_.solve_linear(system, unknown_, counts_) : newton_.solve(system, unknown_, counts_);

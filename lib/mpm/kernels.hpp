@@ -485,7 +485,7 @@ private:
         }
     }
 
-    const Scene& scene_;
+    Scene scene_;
     Transfer<Shape> transfer_;
     aligned_vector<double> volume_, inverse_radius_;
     aligned_vector<PointTangent> tangent_; // times dt V

@@ -29,18 +29,23 @@ double dot(std::span<const double> a, std::span<const double> b) {
     const std::size_t chunks = (a.size() + chunk - 1) / chunk;
     if (chunks <= 1)
         return dot_of_chunk(a, b);
-    std::vector<double> part(chunks);
-    const auto add_up = [&](std::size_t c) {
-        const std::size_t first = c * chunk, count = std::min(chunk, a.size() - first);
-        part[c] = dot_of_chunk(a.subspan(first, count), b.subspan(first, count));
-    };
-    if (a.size() < worth_threads) {
-        for (std::size_t c = 0; c < chunks; ++c)
-            add_up(c);
-    } else {
-        for_each_task(static_cast<int>(chunks), [&](int c) { add_up(static_cast<std::size_t>(c)); });
+    constexpr std::size_t most_parts = 64; // at once
+    double sum = 0.0, part[most_parts];
+    for (std::size_t done = 0; done < chunks; done += most_parts) {
+        const std::size_t parts = std::min(most_parts, chunks - done);
+        const auto add_up = [&](std::size_t c) {
+            const std::size_t first = (done + c) * chunk, count = std::min(chunk, a.size() - first);
+            part[c] = dot_of_chunk(a.subspan(first, count), b.subspan(first, count));
+        };
+        if (a.size() < worth_threads) {
+            for (std::size_t c = 0; c < parts; ++c)
+                add_up(c);
+        } else {
+            for_each_task(static_cast<int>(parts), [&](int c) { add_up(static_cast<std::size_t>(c)); });
+        }
+        sum = std::accumulate(part, part + parts, sum);
     }
-    return std::accumulate(part.begin(), part.end(), 0.0);
+    return sum;
 }
 
 double norm(std::span<const double> a) { return std::sqrt(dot(a, a)); }

@@ -1,16 +1,16 @@
 #pragma once
 #include <ductile/base/aligned.hpp>
+#include <ductile/base/function_ref.hpp>
 
-#include <functional>
 #include <span>
 #include <vector>
 
 namespace ductile::mpm {
 
 /// result = A x
-using LinearMap = std::function<void(std::span<const double> x, std::span<double> result)>;
+using LinearMap = FunctionRef<void(std::span<const double> x, std::span<double> result)>;
 /// z becomes P^-1 z
-using InPlaceMap = std::function<void(std::span<double> z)>;
+using InPlaceMap = FunctionRef<void(std::span<double> z)>;
 
 struct LinearResult {
     bool converged = false;

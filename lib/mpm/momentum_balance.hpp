@@ -83,7 +83,7 @@ private:
     void find_straining_velocity(std::span<const double> u);
     void evaluate(std::span<const double> u, std::span<double> f, std::span<double> magnitudes);
 
-    const Scene& scene_;
+    Scene scene_;
     ImplicitScheme scheme_;
     double kinematic_weight_ = 1.0;
     std::unique_ptr<Discretisation> discretisation_;

@@ -32,7 +32,7 @@ private:
     [[nodiscard]] double body_force_power(const State& state) const;
     void watch_contact(const Observation& seen, Tally& tally) const;
 
-    const Scene& scene_;
+    Scene scene_;
     Options options_;
 };
 

@@ -32,7 +32,7 @@ LinearResult NewtonKrylov::find_step(const NonlinearSystem& system, std::span<co
     if (analytic || system.precondition)
         system.linearise(u);
     const double length_u = norm(u);
-    const LinearMap difference = [&](std::span<const double> s, std::span<double> result) {
+    const auto difference = [&](std::span<const double> s, std::span<double> result) {
         const double length = norm(s);
         if (length == 0.0) {
             std::fill(result.begin(), result.end(), 0.0);
@@ -46,7 +46,7 @@ LinearResult NewtonKrylov::find_step(const NonlinearSystem& system, std::span<co
         for (std::size_t i = 0; i < s.size(); ++i)
             result[i] = (result[i] - f_[i]) / h;
     };
-    const LinearMap product = [&](std::span<const double> s, std::span<double> result) {
+    const auto product = [&](std::span<const double> s, std::span<double> result) {
         system.jacobian_times(s, result);
         ++counts.jacobian_products;
     };
@@ -55,7 +55,7 @@ LinearResult NewtonKrylov::find_step(const NonlinearSystem& system, std::span<co
     negative_f_.resize(u.size());
     for (std::size_t i = 0; i < u.size(); ++i)
         negative_f_[i] = -f_[i];
-    const LinearMap& map = analytic ? product : difference;
+    const LinearMap map = analytic ? LinearMap(product) : LinearMap(difference);
     const LinearResult result =
         options_.linear == LinearMethod::gmres
             ? krylov_.gmres(map, system.precondition, negative_f_, step_, tolerance, iterations)

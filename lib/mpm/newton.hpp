@@ -2,7 +2,6 @@
 #include <ductile/mpm/krylov.hpp>
 
 #include <cstdint>
-#include <functional>
 #include <span>
 #include <string>
 
@@ -12,8 +11,8 @@ namespace ductile::mpm {
 struct NonlinearSystem {
     std::size_t size = 0;
     /// F, and what its norm is measured by at this u.
-    std::function<double(std::span<const double> u, std::span<double> f)> residual = {};
-    std::function<void(std::span<const double> u)> linearise = {}; ///< fixes the u of jacobian_times
+    FunctionRef<double(std::span<const double> u, std::span<double> f)> residual = {};
+    FunctionRef<void(std::span<const double> u)> linearise = {}; ///< fixes the u of jacobian_times
     LinearMap jacobian_times = {};
     InPlaceMap precondition = {}; ///< an approximation of the inverse of J; may be empty
     /// The velocity that a change s of u adds, along which F does work, for the energy line search.

@@ -25,13 +25,13 @@ void Particles::provide_internal(std::size_t variables) {
         internal.emplace_back(size(), 0.0);
 }
 
-void Particles::permute(std::span<const std::int32_t> order) {
-    aligned_vector<double> numbers;
-    for (const auto& [name, array] : named_arrays(*this))
-        gather(*array, order, numbers);
-    aligned_vector<std::int64_t> integers;
+void Particles::permute(std::span<const std::int32_t> order, PermutationBuffers& buffers) {
+    for (const auto& [name, array] : common_arrays(*this))
+        gather(*array, order, buffers.numbers);
+    for (aligned_vector<double>& array : internal)
+        gather(array, order, buffers.numbers);
     for (const auto& [name, array] : named_integer_arrays(*this))
-        gather(*array, order, integers);
+        gather(*array, order, buffers.integers);
 }
 
 std::size_t Particles::memory_bytes() const {

@@ -31,27 +31,39 @@ struct Particles {
     void resize(std::size_t count);
     /// Room for as many internal variables as a law has, if there is less; new ones are zero.
     void provide_internal(std::size_t variables);
+    /// Room to permute in, kept from call to call.
+    struct PermutationBuffers {
+        aligned_vector<double> numbers;
+        aligned_vector<std::int64_t> integers;
+    };
     /// New place n holds what was at place order[n].
-    void permute(std::span<const std::int32_t> order);
+    void permute(std::span<const std::int32_t> order, PermutationBuffers& buffers);
     [[nodiscard]] std::size_t memory_bytes() const;
 };
 
-/// The arrays by their names in checkpoints; `P` is Particles, const or not.
+/// The arrays of numbers that all particles have, by their names in checkpoints; `P` is Particles, const or not.
+template <class P> [[nodiscard]] auto common_arrays(P& p) {
+    using Entry = std::pair<std::string_view, decltype(&p.x)>;
+    return std::array{Entry{"x", &p.x},
+                      Entry{"y", &p.y},
+                      Entry{"velocity_x", &p.velocity_x},
+                      Entry{"velocity_y", &p.velocity_y},
+                      Entry{"mass", &p.mass},
+                      Entry{"density", &p.density},
+                      Entry{"stress_xx", &p.stress_xx},
+                      Entry{"stress_yy", &p.stress_yy},
+                      Entry{"stress_zz", &p.stress_zz},
+                      Entry{"stress_xy", &p.stress_xy},
+                      Entry{"energy", &p.energy},
+                      Entry{"temperature", &p.temperature},
+                      Entry{"half_width", &p.half_width},
+                      Entry{"half_height", &p.half_height}};
+}
+/// The same and the internal variables.
 template <class P> [[nodiscard]] auto named_arrays(P& p) {
-    std::vector<std::pair<std::string, decltype(&p.x)>> arrays{{"x", &p.x},
-                                                               {"y", &p.y},
-                                                               {"velocity_x", &p.velocity_x},
-                                                               {"velocity_y", &p.velocity_y},
-                                                               {"mass", &p.mass},
-                                                               {"density", &p.density},
-                                                               {"stress_xx", &p.stress_xx},
-                                                               {"stress_yy", &p.stress_yy},
-                                                               {"stress_zz", &p.stress_zz},
-                                                               {"stress_xy", &p.stress_xy},
-                                                               {"energy", &p.energy},
-                                                               {"temperature", &p.temperature},
-                                                               {"half_width", &p.half_width},
-                                                               {"half_height", &p.half_height}};
+    std::vector<std::pair<std::string, decltype(&p.x)>> arrays;
+    for (const auto& [name, array] : common_arrays(p))
+        arrays.emplace_back(name, array);
     for (std::size_t k = 0; k < p.internal.size(); ++k)
         arrays.emplace_back(fmt::format("internal_{}", k + 1), &p.internal[k]);
     return arrays;

@@ -13,27 +13,29 @@ bool is_linear(const Scene& scene) {
                                                  [](const Material& material) { return material.law->linear(); });
 }
 
-double fastest_wave(const Scene& scene, const Particles& particles) {
-    std::vector<double> modulus;
-    for (const Material& material : scene.materials) {
-        const IsotropicElasticity& e = material.law->elasticity();
-        modulus.push_back(scene.geometry == Geometry::plane_stress ? e.alpha() - e.beta() * e.beta() / e.alpha() : e.alpha());
-    }
+namespace {
+
+/// The largest sqrt(modulus/density) of any particle.
+double fastest(const Scene& scene, const Particles& particles, const auto& modulus_of) {
     double largest = 0.0;
-    for (std::size_t p = 0; p < particles.size(); ++p)
-        largest = std::max(largest, modulus[static_cast<std::size_t>(particles.material[p])] / particles.density[p]);
+    for (std::size_t m = 0; m < scene.materials.size(); ++m) {
+        const double modulus = modulus_of(scene.materials[m].law->elasticity());
+        for (std::size_t p = 0; p < particles.size(); ++p)
+            if (particles.material[p] == static_cast<std::int64_t>(m))
+                largest = std::max(largest, modulus / particles.density[p]);
+    }
     return std::sqrt(largest);
 }
 
-double largest_wave_speed(const Scene& scene, const Particles& particles) {
-    std::vector<double> young;
-    for (const Material& material : scene.materials)
-        young.push_back(young_modulus(material.law->elasticity()));
-    double largest = 0.0;
-    for (std::size_t p = 0; p < particles.size(); ++p)
-        largest = std::max(largest, young[static_cast<std::size_t>(particles.material[p])] / particles.density[p]);
-    return std::sqrt(largest);
+} // namespace
+
+double fastest_wave(const Scene& scene, const Particles& particles) {
+    return fastest(scene, particles, [&](const IsotropicElasticity& e) {
+        return scene.geometry == Geometry::plane_stress ? e.alpha() - e.beta() * e.beta() / e.alpha() : e.alpha();
+    });
 }
+
+double largest_wave_speed(const Scene& scene, const Particles& particles) { return fastest(scene, particles, young_modulus); }
 
 std::vector<MaterialNumbers> material_numbers(const Scene& scene, const Particles& particles,
                                               std::span<const RigidBody> rigid_bodies) {

@@ -44,9 +44,7 @@ public:
     [[nodiscard]] virtual std::size_t memory_bytes() const = 0;
 };
 
-/// Keeps a reference to the scene, as all steppers do.
 [[nodiscard]] std::unique_ptr<TimeStepper> make_explicit_stepper(const Scene& scene, Form form);
-std::unique_ptr<TimeStepper> make_explicit_stepper(const Scene&& scene, Form form) = delete;
 
 /// Which nonlinear solver an implicit step uses.
 enum class SolverKind { newton_cg, newton_gmres, kinsol_gmres, kinsol_fgmres, kinsol_bicgstab, kinsol_cg };
@@ -74,6 +72,5 @@ struct ImplicitOptions {
 /// move a particle by more than two cells, or take it out of the grid, and only then moves the particles. Throws InputError for a
 /// combination that cannot work.
 [[nodiscard]] std::unique_ptr<TimeStepper> make_implicit_stepper(const Scene& scene, const ImplicitOptions& options);
-std::unique_ptr<TimeStepper> make_implicit_stepper(const Scene&& scene, const ImplicitOptions& options) = delete;
 
 } // namespace ductile::mpm

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <mutex>
 #include <numeric>
+#include <tuple>
 #include <utility>
 
 namespace ductile::mpm {
@@ -99,10 +100,10 @@ template <class Shape> void Transfer<Shape>::sort_by_stripes() {
     std::partial_sum(stripe_begin_.begin(), stripe_begin_.end(), stripe_begin_.begin());
     if (sorted)
         return;
-    std::vector<std::size_t> place(stripe_begin_.begin(), stripe_begin_.end() - 1);
+    stripe_place_.assign(stripe_begin_.begin(), stripe_begin_.end() - 1);
     sorted_runs_.resize(runs_.size());
     for (const Run& run : runs_)
-        sorted_runs_[place[stripe_of(run)]++] = run;
+        sorted_runs_[stripe_place_[stripe_of(run)]++] = run;
     runs_.swap(sorted_runs_);
 }
 
@@ -116,12 +117,13 @@ template <class Shape> bool Transfer<Shape>::disordered() {
 }
 
 template <class Shape> void Transfer<Shape>::sort(Particles& particles) {
-    std::vector<std::int32_t> order(particles.size());
-    std::iota(order.begin(), order.end(), 0);
-    std::stable_sort(order.begin(), order.end(), [&](std::int32_t a, std::int32_t b) {
-        return first_[a] != first_[b] ? first_[a] < first_[b] : particles.material[a] < particles.material[b];
+    order_.resize(particles.size());
+    std::iota(order_.begin(), order_.end(), 0);
+    std::sort(order_.begin(), order_.end(), [&](std::int32_t a, std::int32_t b) {
+        const auto key = [&](std::int32_t p) { return std::tuple(first_[p], particles.material[p], p); };
+        return key(a) < key(b);
     });
-    particles.permute(order);
+    particles.permute(order_, permutation_);
 }
 
 template <class Shape> void Transfer<Shape>::add_masses(const Particles& particles) {

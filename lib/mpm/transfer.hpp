@@ -118,6 +118,9 @@ private:
     aligned_vector<double> weights_;  // stored numbers of x, then of y, particle after particle
     std::vector<std::int32_t> first_; // lattice place of the first node a particle sees
     std::vector<Run> runs_, sorted_runs_;
+    std::vector<std::size_t> stripe_place_;
+    std::vector<std::int32_t> order_; // of sorted particles
+    Particles::PermutationBuffers permutation_;
     std::vector<std::size_t> stripe_begin_; // place of the first run of each stripe, and the number of runs
     std::size_t particles_ = 0;
     aligned_vector<double> lattice_mass_;

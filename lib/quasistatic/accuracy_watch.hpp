@@ -41,7 +41,7 @@ public:
 private:
     void observe_walls(const State& state);
 
-    const Scene& scene_;
+    Scene scene_;
     const Space& space_;
     VectorField force_; // room for the residual
     double error_ = 0.0, error_time_ = 0.0, error_step_ = 0.0;

@@ -33,7 +33,7 @@ private:
     void accept(State& state, double dt, double end, double error);
 
     std::string scheme_;
-    const Scene& scene_;
+    Scene scene_;
     std::unique_ptr<Space> space_;
     RateSystem system_;
     std::unique_ptr<CellMethod> method_;

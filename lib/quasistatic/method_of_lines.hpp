@@ -47,7 +47,7 @@ public:
     [[nodiscard]] double solve_seconds() const { return solve_seconds_; }
 
 private:
-    const Scene& scene_;
+    Scene scene_;
     Space& space_;
     PassOptions passes_;
     VectorField next_velocity_; // force, then the new velocity of a pass

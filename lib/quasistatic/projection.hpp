@@ -30,7 +30,7 @@ public:
     [[nodiscard]] long long solves() const { return solves_; }
 
 private:
-    const Scene& scene_;
+    Scene scene_;
     Space& space_;
     double solve_seconds_ = 0.0, update_seconds_ = 0.0;
     long long solves_ = 0;

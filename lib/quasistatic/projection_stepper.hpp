@@ -45,7 +45,7 @@ enum class Transport { frozen, extrapolated };
 /// looked at where the increment dt C : D(v) is long enough to matter; its first step is judged as those of substepped are.
 class ProjectionStepper final : public TimeStepper {
 public:
-    /// Keeps a reference to `scene`; owns the space and all buffers.
+    /// Owns the space and all buffers.
     ProjectionStepper(const Scene& scene, Predictor predictor, const PointwiseTolerance& pointwise, std::unique_ptr<Space> space,
                       Transport transport = Transport::frozen);
 
@@ -66,7 +66,7 @@ private:
     void accept(State& state, double dt, double end);
     [[nodiscard]] bool extrapolated() const { return transport_ == Transport::extrapolated; }
 
-    const Scene& scene_;
+    Scene scene_;
     Predictor predictor_;
     PointwiseTolerance pointwise_;
     std::unique_ptr<Space> space_;

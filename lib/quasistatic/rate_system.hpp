@@ -74,7 +74,7 @@ private:
     };
     void guess_velocity(double fraction, VectorField& guess) const;
 
-    const Scene& scene_;
+    Scene scene_;
     Space& space_;
     MethodOfLines lines_;
     Projection projection_;

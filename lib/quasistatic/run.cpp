@@ -180,7 +180,7 @@ private:
         return accepted;
     }
 
-    const Scene& scene_;
+    Scene scene_;
     State& state_;
     TimeStepper& stepper_;
     StepControl& control_;

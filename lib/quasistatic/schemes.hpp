@@ -41,10 +41,9 @@ struct Scheme {
 /// Throws InputError for a name that none has.
 [[nodiscard]] const Scheme& scheme_named(std::string_view name);
 
-/// A stepper with its space; it keeps a reference to the scene. Throws InputError when the scheme has no fixed steps,
+/// A stepper with its space. Throws InputError when the scheme has no fixed steps,
 /// or no others, but is asked for them.
 [[nodiscard]] std::unique_ptr<TimeStepper> make_stepper(std::string_view scheme, const Scene& scene, std::unique_ptr<Space> space,
                                                         const SchemeOptions& options);
-std::unique_ptr<TimeStepper> make_stepper(std::string_view, const Scene&&, std::unique_ptr<Space>, const SchemeOptions&) = delete;
 
 } // namespace ductile::quasistatic

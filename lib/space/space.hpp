@@ -1,11 +1,11 @@
 #pragma once
+#include <ductile/base/function_ref.hpp>
 #include <ductile/ode/rk21.hpp>
 #include <ductile/space/cells.hpp>
 #include <ductile/space/equilibrium_solver.hpp>
 #include <ductile/time/system.hpp>
 
 #include <algorithm>
-#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
@@ -154,11 +154,11 @@ public:
 
 protected:
     /// What becomes of row j of the sources.
-    using RowKernel = std::function<void(int j)>;
+    using RowKernel = FunctionRef<void(int j)>;
     /// In one pass: row after row of `sources` receives [elastic: C : D(v)] + [transported: spin - advection by v] of `cells`,
     /// `kernel(j)` makes of it what it wants, and `force` factor * B^T of the stress that comes out.
-    virtual void sweep(const CellState& cells, const VectorField& velocity, bool elastic, CellState& sources,
-                       const RowKernel& kernel, double factor, VectorField& force) = 0;
+    virtual void sweep(const CellState& cells, const VectorField& velocity, bool elastic, CellState& sources, RowKernel kernel,
+                       double factor, VectorField& force) = 0;
     /// Room for a number of each row, so that sums do not depend on the number of threads.
     [[nodiscard]] std::vector<double>& row_sums() { return row_sums_; }
 

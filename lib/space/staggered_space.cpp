@@ -116,7 +116,7 @@ public:
     [[nodiscard]] std::string_view solver_name() const override { return solver_->name(); }
 
 protected:
-    void sweep(const CellState& cells, const VectorField& velocity, bool elastic, CellState& sources, const RowKernel& kernel,
+    void sweep(const CellState& cells, const VectorField& velocity, bool elastic, CellState& sources, RowKernel kernel,
                double factor, VectorField& force) override;
 
 private:
@@ -124,7 +124,7 @@ private:
 };
 
 void StaggeredSpace::sweep(const CellState& cells, const VectorField& velocity, bool elastic, CellState& sources,
-                           const RowKernel& kernel, double factor, VectorField& force) {
+                           RowKernel kernel, double factor, VectorField& force) {
     const bool transported = medium().transported;
     const auto store_row = elastic ? (transported ? &store_sources<true, true> : &store_sources<true, false>)
                                    : (transported ? &store_sources<false, true> : &store_sources<false, false>);

@@ -36,16 +36,17 @@ public:
     [[nodiscard]] double advance(const Step<Vector>& step) override {
         using Term = Term<Vector>;
         const int s = chebyshev_stages(step.dt, step.relaxation);
-        const ChebyshevCoefficients coefficients(s);
+        if (coefficients_.stages.size() != static_cast<std::size_t>(s) + 1)
+            coefficients_ = ChebyshevCoefficients(s);
 
         // Y_{j-1} and Y_{j-2} live in next and other_, in turns, such that Y_s ends in next
         Vector* latest = s % 2 == 1 ? &step.next : &other_;
         Vector* before = s % 2 == 1 ? &other_ : &step.next;
-        const std::array first{Term{&step.start, 1.0}, Term{&step.start_rate, step.dt * coefficients.stages[1].mu_tilde}};
+        const std::array first{Term{&step.start, 1.0}, Term{&step.start_rate, step.dt * coefficients_.stages[1].mu_tilde}};
         system_.combine(first, *latest);
         for (int j = 2; j <= s; ++j) {
-            const auto& c = coefficients.stages[static_cast<std::size_t>(j)];
-            const auto open = system_.evaluate(*latest, coefficients.stages[static_cast<std::size_t>(j - 1)].c, step.next_rate);
+            const auto& c = coefficients_.stages[static_cast<std::size_t>(j)];
+            const auto open = system_.evaluate(*latest, coefficients_.stages[static_cast<std::size_t>(j - 1)].c, step.next_rate);
             std::array<Term, 4> terms{Term{&step.start, 1.0 - c.mu - c.nu}, Term{latest, c.mu},
                                       Term{&step.start_rate, step.dt * c.gamma_tilde}, Term{before, c.nu}};
             if (j == 2) // Y_0 = y_n
@@ -70,6 +71,7 @@ public:
 private:
     System<Vector>& system_;
     Vector other_;
+    ChebyshevCoefficients coefficients_{2}; // of the last step
 };
 
 } // namespace ductile::time
