@@ -23,13 +23,13 @@ template <class Shape> struct Line {
     void at(double x, std::vector<double>& w, std::vector<double>& dw) const {
         const int cell = std::min(static_cast<int>(x), cells - 1);
         double stored[Shape::stored];
-        Shape::store(x - cell, cell, cells, half_width, stored);
+        Shape::store(x - cell, cell, {cells}, half_width, stored);
         const auto f = Shape::expand(stored, 1.0);
-        w.assign(static_cast<std::size_t>(Shape::nodes(cells)), 0.0);
+        w.assign(static_cast<std::size_t>(Shape::nodes({cells})), 0.0);
         dw = w;
         for (int k = 0; k < Shape::support; ++k) {
-            w[static_cast<std::size_t>(Shape::first(x - cell, cell, cells) + k)] = f.w[k];
-            dw[static_cast<std::size_t>(Shape::first(x - cell, cell, cells) + k)] = f.dw[k];
+            w[static_cast<std::size_t>(Shape::first(x - cell, cell, {cells}) + k)] = f.w[k];
+            dw[static_cast<std::size_t>(Shape::first(x - cell, cell, {cells}) + k)] = f.dw[k];
         }
     }
 };

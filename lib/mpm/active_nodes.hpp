@@ -17,6 +17,7 @@ struct Hold {
 /// The nodes that carry mass in this step, numbered from 0 row by row. Vectors over nodes hold x and y components in turn.
 struct ActiveNodes {
     int lattice_width = 0, lattice_height = 0;
+    int period = 0;                    ///< columns after which the lattice repeats itself; 0: never
     std::vector<std::int32_t> lattice; ///< place of each active node on the lattice of all nodes, row by row
     aligned_vector<double> mass;       ///< m_i (2.2.12), one a node
     aligned_vector<double> velocity;   ///< v^k of (2.2.14), prescribed values where the velocity is prescribed

@@ -100,6 +100,17 @@ private:
     std::vector<Cell> open_;
 };
 
+/// Turns the cells of a body around a periodic grid until an empty column, if there is one, is the first: the body is in one
+/// place.
+void turn_to_gap(int columns, std::vector<Cell>& cells) {
+    std::vector<char> full(static_cast<std::size_t>(columns), 0);
+    for (const Cell& c : cells)
+        full[static_cast<std::size_t>(c.i)] = 1;
+    const auto gap = static_cast<int>(std::ranges::find(full, 0) - full.begin());
+    for (Cell& c : cells)
+        c.i = (c.i - gap + columns) % columns;
+}
+
 } // namespace
 
 Connectivity connectivity_of(const Grid& grid, const Particles& particles) {
@@ -113,8 +124,11 @@ Connectivity connectivity_of(const Grid& grid, const Particles& particles) {
         }
     }
     Connectivity sum;
-    for (const auto& [body, own] : cells)
+    for (auto& [body, own] : cells) {
+        if (grid.periodic())
+            turn_to_gap(grid.cells_x, own);
         Map(own).add_to(sum);
+    }
     return sum;
 }
 

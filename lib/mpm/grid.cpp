@@ -27,6 +27,17 @@ void check(const Grid& g, Geometry geometry) {
                         g.left, g.bottom, g.dx(), g.dy()));
     if (geometry == Geometry::axisymmetric && !(g.left >= 0.0))
         throw InputError(fmt::format("the background grid begins at the radius {} m: it must not be negative", g.left));
+    if ((g.sides.right == SideCondition::periodic) != g.periodic())
+        throw InputError(
+            "of the left and the right side of the grid one is periodic, and the other is not: make both periodic, or "
+            "none");
+    if (g.sides.bottom == SideCondition::periodic || g.sides.top == SideCondition::periodic)
+        throw InputError(
+            "the bottom or the top of the grid is periodic: only left and right can be; turn the scene by 90 degrees");
+    if (g.periodic() && geometry == Geometry::axisymmetric)
+        throw InputError(
+            "the grid is periodic along the radius of an axisymmetric scene: make left and right free, slip or fixed, "
+            "or take plane strain");
 }
 
 } // namespace ductile::mpm

@@ -11,9 +11,10 @@ enum class Geometry {
 
 /// What holds at a side of the grid.
 enum class SideCondition {
-    free, ///< nothing; a particle that crosses it ends the run
-    slip, ///< no velocity across; also a plane of symmetry, and the axis of an axisymmetric scene
-    fixed ///< no velocity at all
+    free,    ///< nothing; a particle that crosses it ends the run
+    slip,    ///< no velocity across; also a plane of symmetry, and the axis of an axisymmetric scene
+    fixed,   ///< no velocity at all
+    periodic ///< left and right are one side: what crosses the one comes in at the other
 };
 
 /// The background grid: cells_x x cells_y equal cells on the rectangle with the corner (left, bottom), in metres.
@@ -29,6 +30,8 @@ struct Grid {
         SideCondition bottom = SideCondition::free, top = SideCondition::free;
     } sides = {};
 
+    /// In x.
+    [[nodiscard]] bool periodic() const { return sides.left == SideCondition::periodic; }
     [[nodiscard]] double dx() const { return width / cells_x; }
     [[nodiscard]] double dy() const { return height / cells_y; }
     [[nodiscard]] double smallest_spacing() const { return dx() < dy() ? dx() : dy(); }
@@ -38,7 +41,8 @@ struct Grid {
 [[nodiscard]] bool contains(const Grid& grid, double x, double y);
 
 /// Throws InputError unless there are 3 to 20000 cells each way, the extents are positive and finite, the place is finite and not
-/// so far from the origin that cells vanish in round-off, and an axisymmetric grid begins at a radius of zero or more.
+/// so far from the origin that cells vanish in round-off, an axisymmetric grid begins at a radius of zero or more, and either
+/// left and right are periodic, in a plane geometry, or no side is.
 void check(const Grid& grid, Geometry geometry);
 
 } // namespace ductile::mpm

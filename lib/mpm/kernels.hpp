@@ -228,7 +228,7 @@ public:
 
                     const Weights n = at(p);
                     const Vector v = value_of(moved, n), dv = value_of(change, n);
-                    particles.x[p] += m.dt * v.x;
+                    particles.x[p] = transfer_.wrapped(particles.x[p] + m.dt * v.x);
                     particles.y[p] += m.dt * v.y;
                     particles.velocity_x[p] = m.replace_velocity ? v.x : particles.velocity_x[p] + dv.x;
                     particles.velocity_y[p] = m.replace_velocity ? v.y : particles.velocity_y[p] + dv.y;

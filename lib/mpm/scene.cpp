@@ -135,6 +135,12 @@ void check_internal(const Scene& scene, const Particles& particles) {
 
 void check(const Scene& scene, const Particles& particles, std::span<const RigidBody> rigid_bodies, double time) {
     check(scene.grid, scene.geometry);
+    // fewer, and two nodes that a particle sees would be one another's neighbours on both sides
+    if (const int least = scene.shape == ShapeFunction::linear ? 3 : 5; scene.grid.periodic() && scene.grid.cells_x < least)
+        throw InputError(
+            fmt::format("the grid is periodic and {} cells wide: with these shape functions it must be {} or more; use "
+                        "smaller cells",
+                        scene.grid.cells_x, least));
     if (particles.size() == 0)
         throw InputError("the scene has no deformable particle: add a body");
     if (particles.size() > 2'000'000'000)

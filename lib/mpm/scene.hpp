@@ -53,9 +53,9 @@ struct Scene {
 void check_internal(const Scene& scene, const Particles& particles);
 
 /// Throws InputError, naming the particle or the rigid body and what is wrong with it, unless a run can start from here: the grid
-/// is possible; there are particles, all in the grid, of materials that are there, with finite numbers, positive mass and density
-/// and, for GIMP, widths up to a cell; rigid bodies have points; and the body force on every particle at
-/// `time` is finite.
+/// is possible, and wide enough where it is periodic; there are particles, all in the grid, of materials that are there, with
+/// finite numbers, positive mass and density and, for GIMP, widths up to a cell; rigid bodies have points; and the body force on
+/// every particle at `time` is finite.
 void check(const Scene& scene, const Particles& particles, std::span<const RigidBody> rigid_bodies = {}, double time = 0.0);
 
 } // namespace ductile::mpm

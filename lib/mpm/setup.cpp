@@ -60,9 +60,15 @@ void declare(io::Keys& keys, Setup::Box& box) {
 
 void declare(io::Keys& keys, Grid::Sides& sides) {
     for (const auto& [name, side] :
-         {std::pair{"left", &sides.left}, {"right", &sides.right}, {"bottom", &sides.bottom}, {"top", &sides.top}})
-        keys.choice(name, *side, {{"free", SideCondition::free}, {"slip", SideCondition::slip}, {"fixed", SideCondition::fixed}},
-                    optional("free: nothing holds; slip: no velocity across, also a plane of symmetry or the axis; fixed: none"));
+         {std::pair{"left", &sides.left}, {"right", &sides.right}, {"bottom", &sides.bottom}, {"top", &sides.top}}) {
+        std::vector<std::pair<std::string, SideCondition>> conditions{
+            {"free", SideCondition::free}, {"slip", SideCondition::slip}, {"fixed", SideCondition::fixed}};
+        if (side == &sides.left || side == &sides.right)
+            conditions.emplace_back("periodic", SideCondition::periodic);
+        keys.choice(name, *side, conditions,
+                    optional("free: nothing holds; slip: no velocity across, also a plane of symmetry or the axis; fixed: none; "
+                             "periodic: left and right are one, what crosses it comes in at the other"));
+    }
 }
 
 void declare(io::Keys& keys, Setup::Deformable& body, const std::vector<std::string>& materials) {

@@ -7,15 +7,22 @@
 
 namespace ductile::mpm {
 
+/// Equal cells side by side. Where they are periodic, the first follows on the last, and node `cells` and those after it are
+/// images of node 0 and those after that.
+struct CellLine {
+    int cells;
+    bool periodic = false;
+};
+
 /// Shape functions are products of functions of x and of y. Each type below describes those of one direction on a line of equal
 /// cells of size h; a particle sees `support` consecutive nodes that follow from its cell, and its natural coordinate xi in [0,
 /// 1] inside it:
 /// - `support`: nodes that a particle sees each way;
-/// - `nodes(cells)`: nodes of the line;
-/// - `first(xi, cell, cells)`: the first of the nodes it sees;
+/// - `nodes(line)`: nodes of the line, images included;
+/// - `first(xi, cell, line)`: the first of the nodes it sees;
 /// - `wall_layers`: how many nodes at either end take the condition of that side;
 /// - `stored`: numbers a direction that a particle keeps for a step;
-/// - `store(xi, cell, cells, half_width/h, numbers)` computes them; `expand(numbers, 1/h)` turns them into values and
+/// - `store(xi, cell, line, half_width/h, numbers)` computes them; `expand(numbers, 1/h)` turns them into values and
 /// derivatives;
 /// - `smooth`: whether the derivatives are continuous.
 template <int Support> struct Factors {
@@ -30,10 +37,10 @@ inline constexpr double rigid_half_width = 0.25;
 struct Linear {
     static constexpr int support = 2, wall_layers = 1, stored = 1;
     static constexpr bool smooth = false;
-    static constexpr int nodes(int cells) { return cells + 1; }
-    static int first(double, int cell, int) { return cell; }
+    static constexpr int nodes(CellLine line) { return line.cells + 1; }
+    static int first(double, int cell, CellLine) { return cell; }
 
-    static void store(double xi, int, int, double, double* stored_numbers) { stored_numbers[0] = xi; }
+    static void store(double xi, int, CellLine, double, double* stored_numbers) { stored_numbers[0] = xi; }
     [[gnu::DUCTILE_ALWAYS_INLINE]] static Factors<2> expand(const double* stored_numbers, double inverse_h) {
         const double xi = stored_numbers[0];
         return {{1.0 - xi, xi}, {-inverse_h, inverse_h}};
@@ -52,16 +59,20 @@ struct ThreeNodes {
 
 /// The generalised interpolation material point method of Bardenhagen & Kober (2004) with particles of constant size ("uGIMP"):
 /// the average of a hat function over the particle's width, which must not exceed a cell. A particle nearer to a side of the grid
-/// than half its width is taken as narrow as to touch the side: so no velocity is left across a wall.
+/// than half its width is taken as narrow as to touch the side: so no velocity is left across a wall. A periodic side is none.
 struct Gimp : ThreeNodes {
     static constexpr int wall_layers = 1;
-    static constexpr int nodes(int cells) { return cells + 1; }
+    static constexpr int nodes(CellLine line) { return line.cells + (line.periodic ? 2 : 1); }
     /// In the lower half of a cell a particle reaches the node below the cell, in the upper half the one above.
-    static int first(double xi, int cell, int cells) { return std::clamp(xi < 0.5 ? cell - 1 : cell, 0, cells - 2); }
+    static int first(double xi, int cell, CellLine line) {
+        const int reached = reached_from(xi, cell, line);
+        return reached < 0 ? line.cells - 1 : reached;
+    }
 
-    static void store(double xi, int cell, int cells, double half_width_over_h, double* s) {
-        const double place = cell + xi, half_width = std::min({half_width_over_h, place, cells - place});
-        const int node = first(xi, cell, cells);
+    static void store(double xi, int cell, CellLine line, double half_width_over_h, double* s) {
+        const double place = cell + xi;
+        const double half_width = line.periodic ? half_width_over_h : std::min({half_width_over_h, place, line.cells - place});
+        const int node = reached_from(xi, cell, line);
         if (half_width < 1e-6) { // at a side: the hat function itself
             std::fill_n(s, stored, 0.0);
             double* const own = s + (cell - node);
@@ -76,6 +87,12 @@ struct Gimp : ThreeNodes {
     }
 
 private:
+    /// The first node; -1 for one beyond a periodic side.
+    static int reached_from(double xi, int cell, CellLine line) {
+        const int reached = xi < 0.5 ? cell - 1 : cell;
+        return line.periodic ? reached : std::clamp(reached, 0, line.cells - 2);
+    }
+
     static void averaged_hat(double distance, double l, double& value, double& slope) {
         const double d = std::abs(distance), sign = distance < 0.0 ? -1.0 : 1.0;
         value = slope = 0.0;
@@ -93,16 +110,16 @@ private:
     }
 };
 
-/// Quadratic B-splines with cell edges as knots, repeated three times at the ends of the line, so that the first and the last
-/// function are 1 there: a velocity prescribed at the outermost nodes is that of the wall.
+/// Quadratic B-splines with cell edges as knots, repeated three times at the ends of a line that is not periodic, so that the
+/// first and the last function are 1 there: a velocity prescribed at the outermost nodes is that of the wall.
 struct BSpline : ThreeNodes {
     static constexpr int wall_layers = 1;
-    static constexpr int nodes(int cells) { return cells + 2; }
-    static int first(double, int cell, int) { return cell; }
+    static constexpr int nodes(CellLine line) { return line.cells + 2; }
+    static int first(double, int cell, CellLine) { return cell; }
 
-    static void store(double xi, int cell, int cells, double, double* s) {
+    static void store(double xi, int cell, CellLine line, double, double* s) {
         // Cox-de Boor with the knots a <= 0, 1 <= b around the cell [0, 1]: a = -1, b = 2 but at the ends
-        const double a = cell == 0 ? 0.0 : -1.0, b = cell == cells - 1 ? 1.0 : 2.0;
+        const double a = cell == 0 && !line.periodic ? 0.0 : -1.0, b = cell == line.cells - 1 && !line.periodic ? 1.0 : 2.0;
         const double left = (xi - a) / (1.0 - a), right = (b - xi) / b;
         s[0] = (1.0 - left) * (1.0 - xi);
         s[2] = (1.0 - right) * xi;

@@ -1,9 +1,12 @@
 #include <ductile/mpm/stencil_matrix.hpp>
 
+#include <cstdlib>
+
 namespace ductile::mpm {
 
 StencilMatrix::StencilMatrix(const ActiveNodes& nodes, int reach, int components)
-    : reach_(reach), components_(components), places_(reach * (2 * reach + 1) + reach + 1),
+    : reach_(reach), components_(components), period_(nodes.period), before_(nodes.period > 0 ? reach : 0),
+      places_(reach * (2 * reach + 1) + before_ + 1 + reach),
       block_(static_cast<std::size_t>(components) * static_cast<std::size_t>(components)), width_(nodes.lattice_width),
       lattice_(nodes.lattice) {
     std::vector<std::int32_t> number(static_cast<std::size_t>(width_) * static_cast<std::size_t>(nodes.lattice_height), -1);
@@ -13,10 +16,15 @@ StencilMatrix::StencilMatrix(const ActiveNodes& nodes, int reach, int components
     for (std::size_t n = 0; n < lattice_.size(); ++n) {
         const int i = lattice_[n] % width_, j = lattice_[n] / width_;
         for (int dj = 0; dj <= reach && j + dj < nodes.lattice_height; ++dj)
-            for (int di = dj == 0 ? 0 : -reach; di <= reach; ++di)
-                if (i + di >= 0 && i + di < width_)
-                    neighbour_[n * static_cast<std::size_t>(places_) + static_cast<std::size_t>(dj * (2 * reach + 1) + di)] =
-                        number[static_cast<std::size_t>((j + dj) * width_ + i + di)];
+            for (int di = dj == 0 ? -before_ : -reach; di <= reach; ++di) {
+                const int column = period_ > 0 ? (i + di + period_) % period_ : i + di;
+                if (column < 0 || column >= width_)
+                    continue;
+                const std::int32_t other = number[static_cast<std::size_t>((j + dj) * width_ + column)];
+                if (other >= static_cast<std::int32_t>(n))
+                    neighbour_[n * static_cast<std::size_t>(places_) +
+                               static_cast<std::size_t>(dj * (2 * reach + 1) + di + before_)] = other;
+            }
     }
     value_.assign(neighbour_.size() * block_, 0.0);
 }
@@ -28,9 +36,11 @@ void StencilMatrix::add(std::span<const std::int32_t> nodes, std::span<const dou
             // several of the nodes may be one: one that stands in for others without mass
             const bool diagonal = nodes[k] == nodes[l], below = nodes[k] > nodes[l];
             const std::int32_t low = below ? nodes[l] : nodes[k], high = below ? nodes[k] : nodes[l];
-            const int di = lattice_[high] % width_ - lattice_[low] % width_,
-                      dj = lattice_[high] / width_ - lattice_[low] / width_;
-            const int place = dj * (2 * reach_ + 1) + di;
+            int di = lattice_[high] % width_ - lattice_[low] % width_;
+            if (std::abs(di) > reach_)
+                di += di < 0 ? period_ : -period_; // across a periodic side
+            const int dj = lattice_[high] / width_ - lattice_[low] / width_;
+            const int place = dj * (2 * reach_ + 1) + di + before_;
             double* const block = &value_[(static_cast<std::size_t>(low) * places_ + place) * block_];
             for (std::size_t a = 0; a < c; ++a)
                 for (std::size_t b = 0; b < c; ++b) {

@@ -21,15 +21,23 @@ public:
 
     /// Calls `visit(k, block)` for the nodes k >= l that node l may couple with, k rising; the block's rows belong to k.
     void for_each_below(std::int32_t l, const auto& visit) const {
+        const int row = 2 * reach_ + 1, column = lattice_[static_cast<std::size_t>(l)] % width_;
+        // of a row of the stencil that a periodic side cuts, those beyond the right side come first
+        const int cut = period_ == 0                 ? 0
+                        : column < reach_            ? reach_ - column
+                        : column + reach_ >= period_ ? reach_ + period_ - column
+                                                     : 0;
         for (int place = 0; place < places_; ++place) {
-            const std::size_t n = static_cast<std::size_t>(l) * places_ + place;
+            const std::size_t n = static_cast<std::size_t>(l) * places_ + place / row * row + (place % row + cut) % row;
             if (neighbour_[n] >= 0)
                 visit(neighbour_[n], std::span<const double>(&value_[n * block_], block_));
         }
     }
 
 private:
-    int reach_, components_, places_;
+    int reach_, components_;
+    int period_, before_; // columns of the lattice, and of the stencil's lowest row before the node itself
+    int places_;
     std::size_t block_; // numbers
     int width_;
     const std::vector<std::int32_t>& lattice_;

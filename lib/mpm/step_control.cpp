@@ -26,6 +26,7 @@ struct Way {
     const std::vector<double>&place, &across;
     double origin, cell, origin_across, cell_across;
     double velocity, acceleration, sign;
+    int period, period_across; // cells after which places repeat themselves; 0: never
 
     /// Time to so many cells from here.
     [[nodiscard]] double time(double cells) const {
@@ -37,12 +38,15 @@ struct Way {
 /// Those that the body may go.
 std::vector<Way> ways(const RigidBody& body, double time, const Grid& grid) {
     const Velocity v = body.velocity.after(time), a = body.velocity.slope(time);
+    const int period = grid.periodic() ? grid.cells_x : 0;
     std::vector<Way> all;
     for (const double sign : {1.0, -1.0}) {
         if (sign * v.u > 0.0 || sign * a.u > 0.0)
-            all.push_back({body.x, body.y, grid.left, grid.dx(), grid.bottom, grid.dy(), sign * v.u, sign * a.u, sign});
+            all.push_back(
+                {body.x, body.y, grid.left, grid.dx(), grid.bottom, grid.dy(), sign * v.u, sign * a.u, sign, period, 0});
         if (sign * v.v > 0.0 || sign * a.v > 0.0)
-            all.push_back({body.y, body.x, grid.bottom, grid.dy(), grid.left, grid.dx(), sign * v.v, sign * a.v, sign});
+            all.push_back(
+                {body.y, body.x, grid.bottom, grid.dy(), grid.left, grid.dx(), sign * v.v, sign * a.v, sign, 0, period});
     }
     return all;
 }
@@ -142,9 +146,13 @@ NewNodes time_to_new_nodes(const RigidBody& body, double time, const Grid& grid,
         earliest.interval = std::min(earliest.interval, along.time(1.0));
         // cells passed, rising in the direction of motion
         const auto way = [&](std::size_t p) { return along.sign * (along.place[p] - along.origin) / along.cell + reach; };
+        const auto number = [](double cells, int period) {
+            const auto whole = static_cast<std::int64_t>(std::floor(cells));
+            return period > 0 ? (whole % period + period) % period : whole;
+        };
         const auto cell = [&](std::size_t p, double cells) {
-            const double row = std::floor((along.across[p] - along.origin_across) / along.cell_across);
-            return std::pair{static_cast<std::int64_t>(row), static_cast<std::int64_t>(std::floor(cells))};
+            const double row = (along.across[p] - along.origin_across) / along.cell_across;
+            return std::pair{number(row, along.period_across), number(cells, along.period)};
         };
         std::vector<std::pair<std::int64_t, std::int64_t>> occupied;
         for (std::size_t p = 0; p < along.place.size(); ++p)

@@ -20,22 +20,35 @@ constexpr double disorder_limit = 1.25; // runs for each occupied cell above whi
 
 template <class Shape>
 Transfer<Shape>::Transfer(const Grid& grid)
-    : grid_(grid), inverse_dx_(1.0 / grid.dx()), inverse_dy_(1.0 / grid.dy()), nodes_x_(Shape::nodes(grid.cells_x)),
-      nodes_y_(Shape::nodes(grid.cells_y)) {
+    : grid_(grid), inverse_dx_(1.0 / grid.dx()),
+      inverse_dy_(1.0 / grid.dy()), line_x_{grid.cells_x, grid.periodic()}, line_y_{grid.cells_y},
+      nodes_x_(Shape::nodes(line_x_)), nodes_y_(Shape::nodes(line_y_)) {
     const auto lattice = static_cast<std::size_t>(nodes_x_) * static_cast<std::size_t>(nodes_y_);
     lattice_mass_.resize(lattice);
     number_.resize(lattice);
     nodes_.lattice_width = nodes_x_;
     nodes_.lattice_height = nodes_y_;
+    nodes_.period = grid.periodic() ? grid.cells_x : 0;
 }
 
 template <class Shape> bool Transfer<Shape>::inside(double x, double y) const {
     const double cx = (x - grid_.left) * inverse_dx_, cy = (y - grid_.bottom) * inverse_dy_;
-    return cx >= 0.0 && cx <= grid_.cells_x && cy >= 0.0 && cy <= grid_.cells_y;
+    return (line_x_.periodic ? std::isfinite(cx) : cx >= 0.0 && cx <= grid_.cells_x) && cy >= 0.0 && cy <= grid_.cells_y;
+}
+
+template <class Shape> double Transfer<Shape>::wrapped(double x) const {
+    const auto within = [&](double place) {
+        const double cx = (place - grid_.left) * inverse_dx_;
+        return cx >= 0.0 && cx <= grid_.cells_x;
+    };
+    if (!line_x_.periodic || within(x))
+        return x;
+    const double image = x - grid_.width * std::floor((x - grid_.left) / grid_.width);
+    return within(image) ? image : grid_.left; // round-off
 }
 
 template <class Shape> auto Transfer<Shape>::place_of(double x, double y) const -> Place {
-    const double cx = (x - grid_.left) * inverse_dx_, cy = (y - grid_.bottom) * inverse_dy_;
+    const double cx = (wrapped(x) - grid_.left) * inverse_dx_, cy = (y - grid_.bottom) * inverse_dy_;
     const int cell_x = std::min(static_cast<int>(cx), grid_.cells_x - 1),
               cell_y = std::min(static_cast<int>(cy), grid_.cells_y - 1);
     return {cell_x, cell_y, cx - cell_x, cy - cell_y};
@@ -43,10 +56,9 @@ template <class Shape> auto Transfer<Shape>::place_of(double x, double y) const 
 
 template <class Shape> void Transfer<Shape>::settle(const Particles& particles, std::size_t p, const Place& place) {
     double* const stored = &weights_[2 * Shape::stored * p];
-    Shape::store(place.xi, place.cell_x, grid_.cells_x, particles.half_width[p] * inverse_dx_, stored);
-    Shape::store(place.eta, place.cell_y, grid_.cells_y, particles.half_height[p] * inverse_dy_, stored + Shape::stored);
-    first_[p] =
-        Shape::first(place.eta, place.cell_y, grid_.cells_y) * nodes_x_ + Shape::first(place.xi, place.cell_x, grid_.cells_x);
+    Shape::store(place.xi, place.cell_x, line_x_, particles.half_width[p] * inverse_dx_, stored);
+    Shape::store(place.eta, place.cell_y, line_y_, particles.half_height[p] * inverse_dy_, stored + Shape::stored);
+    first_[p] = Shape::first(place.eta, place.cell_y, line_y_) * nodes_x_ + Shape::first(place.xi, place.cell_x, line_x_);
 }
 
 template <class Shape> void Transfer<Shape>::settle_all(const Particles& particles) {
@@ -145,6 +157,15 @@ template <class Shape> void Transfer<Shape>::add_masses(const Particles& particl
     });
 }
 
+/// Gives nodes and their images the mass of both.
+template <class Shape> void Transfer<Shape>::unite_images() {
+    for (int row = 0; row < nodes_y_ && line_x_.periodic; ++row)
+        for (int i = grid_.cells_x; i < nodes_x_; ++i) {
+            double* const lattice = &lattice_mass_[static_cast<std::size_t>(row) * nodes_x_];
+            lattice[i] = lattice[i - grid_.cells_x] += lattice[i];
+        }
+}
+
 /// Moves particles that lie on a cell edge and touch nodes without mass to the cell beyond the edge. Says whether it did.
 template <class Shape> bool Transfer<Shape>::leave_massless_nodes(const Particles& particles) {
     if constexpr (Shape::smooth)
@@ -158,10 +179,11 @@ template <class Shape> bool Transfer<Shape>::leave_massless_nodes(const Particle
         for (auto p = static_cast<std::size_t>(run.begin); p < static_cast<std::size_t>(run.end); ++p) {
             Place place = place_of(particles.x[p], particles.y[p]);
             const Place before = place;
-            if (massless(b) && massless(d) && place.xi <= edge && place.cell_x > 0)
-                --place.cell_x, place.xi = 1.0;
-            else if (massless(a) && massless(c) && place.xi >= 1.0 - edge && place.cell_x < grid_.cells_x - 1)
-                ++place.cell_x, place.xi = 0.0;
+            const int cells = grid_.cells_x, turn = line_x_.periodic ? cells : 0;
+            if (massless(b) && massless(d) && place.xi <= edge && place.cell_x + turn > 0)
+                place.cell_x = (place.cell_x + turn - 1) % cells, place.xi = 1.0;
+            else if (massless(a) && massless(c) && place.xi >= 1.0 - edge && place.cell_x + 1 < cells + turn)
+                place.cell_x = (place.cell_x + 1) % cells, place.xi = 0.0;
             if (massless(c) && massless(d) && place.eta <= edge && place.cell_y > 0)
                 --place.cell_y, place.eta = 1.0;
             else if (massless(a) && massless(b) && place.eta >= 1.0 - edge && place.cell_y < grid_.cells_y - 1)
@@ -179,6 +201,10 @@ template <class Shape> void Transfer<Shape>::number_nodes() {
     nodes_.lattice.clear();
     nodes_.mass.clear();
     for (std::size_t node = 0; node < lattice_mass_.size(); ++node) {
+        if (line_x_.periodic && static_cast<int>(node % nodes_x_) >= grid_.cells_x) {
+            number_[node] = number_[node - grid_.cells_x];
+            continue;
+        }
         const bool active = lattice_mass_[node] > cutoff_;
         number_[node] = active ? static_cast<std::int32_t>(nodes_.lattice.size()) : -1;
         if (active) {
@@ -279,10 +305,10 @@ template <class Shape> void Transfer<Shape>::prescribe(std::span<const RigidBody
                 continue;
             const auto [cell_x, cell_y, xi, eta] = place_of(body.x[p], body.y[p]);
             double stored[2][Shape::stored];
-            Shape::store(xi, cell_x, grid_.cells_x, rigid_half_width, stored[0]);
-            Shape::store(eta, cell_y, grid_.cells_y, rigid_half_width, stored[1]);
+            Shape::store(xi, cell_x, line_x_, rigid_half_width, stored[0]);
+            Shape::store(eta, cell_y, line_y_, rigid_half_width, stored[1]);
             const Factors<support> fx = Shape::expand(stored[0], inverse_dx_), fy = Shape::expand(stored[1], inverse_dy_);
-            const int first = Shape::first(eta, cell_y, grid_.cells_y) * nodes_x_ + Shape::first(xi, cell_x, grid_.cells_x);
+            const int first = Shape::first(eta, cell_y, line_y_) * nodes_x_ + Shape::first(xi, cell_x, line_x_);
             for (int k = 0; k < seen; ++k) {
                 const std::int32_t number = number_[first + k / support * nodes_x_ + k % support];
                 if (number < 0 || fx.w[k % support] * fy.w[k / support] <= edge)
@@ -298,7 +324,7 @@ template <class Shape> void Transfer<Shape>::prescribe(std::span<const RigidBody
         }
     }
     const auto at_side = [&](std::size_t n, SideCondition condition, std::int32_t side, int normal) {
-        if (condition == SideCondition::free)
+        if (condition == SideCondition::free || condition == SideCondition::periodic)
             return;
         hold(2 * n + static_cast<std::size_t>(normal), 0.0, side, rigid_bodies);
         if (condition == SideCondition::fixed)
@@ -336,9 +362,11 @@ void Transfer<Shape>::prepare(Particles& particles, std::span<const RigidBody> r
     if (!(cutoff_ > 0.0 && std::isfinite(cutoff_)))
         throw RunError(fmt::format("the mass of all particles is {} kg: each must have a positive and finite one",
                                    cutoff_ / mass_cutoff * static_cast<double>(particles.size())));
+    unite_images();
     if (leave_massless_nodes(particles)) {
         find_runs(particles);
         add_masses(particles);
+        unite_images();
     }
     number_nodes();
     number_runs(particles);

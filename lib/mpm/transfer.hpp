@@ -24,6 +24,8 @@ namespace ductile::mpm {
 /// nearest active one of those it touches stands in for it, so that weights keep their sum 1 and gradients of a constant vanish.
 /// With linear shape functions a particle on a cell edge (to 1e-12 of a cell) would lose half of its gradient so; it sees the
 /// nodes of the neighbouring cell instead.
+///
+/// On a periodic grid columns of the lattice from cells_x on are images of the first ones: the same active nodes, by number_.
 template <class Shape> class Transfer {
 public:
     static constexpr int support = Shape::support;
@@ -77,7 +79,10 @@ public:
         });
     }
     [[nodiscard]] const Grid& grid() const { return grid_; }
+    /// Of a periodic grid every x is.
     [[nodiscard]] bool inside(double x, double y) const;
+    /// x, or where it comes in again at the other one of two periodic sides.
+    [[nodiscard]] double wrapped(double x) const;
 
     [[gnu::DUCTILE_ALWAYS_INLINE]] Factors<support> factors_x(std::size_t p) const {
         return Shape::expand(&weights_[2 * Shape::stored * p], inverse_dx_);
@@ -105,6 +110,7 @@ private:
     [[nodiscard]] bool disordered();
     void sort(Particles& particles);
     void add_masses(const Particles& particles);
+    void unite_images();
     [[nodiscard]] bool leave_massless_nodes(const Particles& particles);
     void number_nodes();
     void number_runs(const Particles& particles);
@@ -114,6 +120,7 @@ private:
 
     Grid grid_;
     double inverse_dx_, inverse_dy_;
+    CellLine line_x_, line_y_;
     int nodes_x_, nodes_y_;
     aligned_vector<double> weights_;  // stored numbers of x, then of y, particle after particle
     std::vector<std::int32_t> first_; // lattice place of the first node a particle sees
