@@ -12,7 +12,7 @@
 namespace ductile::io {
 namespace {
 
-std::string carrier_of(const std::string& text, const std::string& source) {
+void read_carrier(SceneCall& call, const std::string& text, const std::string& source) {
     const std::vector<std::string> carriers = {"grid", "points"};
     const ConfigNode scene = read_config(text, source);
     const ConfigNode* carrier = scene.find("carrier");
@@ -24,7 +24,8 @@ std::string carrier_of(const std::string& text, const std::string& source) {
     if (std::ranges::find(carriers, carrier->text) == carriers.end())
         throw InputError(fmt::format("{}, line {}: carrier = {}: it must be one of grid, points{}", source, carrier->line,
                                      to_toml(*carrier), did_you_mean(carrier->text, carriers)));
-    return carrier->text;
+    call.carrier = carrier->text;
+    call.has_tables = std::ranges::any_of(scene.children, &ConfigNode::is_table);
 }
 
 } // namespace
@@ -37,7 +38,7 @@ SceneCall scene_call(int argc, const char* const* argv) {
     if (has_file) {
         call.file = words.front();
         call.arguments.erase(call.arguments.begin() + 1);
-        call.carrier = carrier_of(read_config_file(call.file.string()), call.file.string());
+        read_carrier(call, read_config_file(call.file.string()), call.file.string());
         return call;
     }
     for (std::size_t k = 0; k < words.size(); ++k) {
@@ -45,7 +46,7 @@ SceneCall scene_call(int argc, const char* const* argv) {
         const bool joined = words[k].starts_with("--restart=");
         if (joined || (words[k] == option && k + 1 < words.size())) {
             const std::string path(joined ? words[k].substr(option.size() + 1) : words[k + 1]);
-            call.carrier = carrier_of(CheckpointReader(path, "scene").config(), path);
+            read_carrier(call, CheckpointReader(path, "scene").config(), path);
             return call;
         }
     }
@@ -55,6 +56,7 @@ SceneCall scene_call(int argc, const char* const* argv) {
             "which scene? ./ductile scene FILE.toml [--key value ...]; drivers/scenes has some, and --print-config of "
             "every program prints one");
     call.carrier = "points";
+    call.has_tables = true;
     return call;
 }
 

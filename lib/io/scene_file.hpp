@@ -9,6 +9,7 @@ namespace ductile::io {
 struct SceneCall {
     std::filesystem::path file;         ///< empty: the scene of the checkpoint
     std::string carrier;                ///< "grid" or "points"
+    bool has_tables = false;            ///< a scene of points without is the grid's
     std::vector<const char*> arguments; ///< of the command line, without the file
 };
 

@@ -16,7 +16,6 @@ void declare_domain(io::Program& program, Options& o) {
     const auto help = [](std::string meaning, std::string units = {}, io::Limits allowed = io::positive) {
         return io::OptionHelp{"Space", std::move(meaning), std::move(units), allowed};
     };
-    program.option("--cell-size", o.cell_size, help("side of the square cells of the background grid", "m"));
     program.choice("--shape", o.shape,
                    {{"linear", ShapeFunction::linear}, {"gimp", ShapeFunction::gimp}, {"bspline", ShapeFunction::bspline}},
                    help("shape functions: linear hats (the paper's), GIMP, or quadratic B-splines"));
@@ -174,6 +173,12 @@ const char* name_of(Method method) {
 } // namespace
 
 void declare(io::Program& program, Options& options) {
+    program.option("--cell-size", options.cell_size,
+                   {"Space", "side of the square cells of the background grid", "m", io::positive});
+    declare_on_given_cells(program, options);
+}
+
+void declare_on_given_cells(io::Program& program, Options& options) {
     declare_domain(program, options);
     declare_time(program, options);
     declare_solver(program, options);

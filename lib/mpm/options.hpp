@@ -56,6 +56,8 @@ struct Options {
 
 /// Declares them all, grouped by topic.
 void declare(io::Program& program, Options& options);
+/// All but the cell size, where the scene has it.
+void declare_on_given_cells(io::Program& program, Options& options);
 
 /// How many cells of --cell-size a length [m] of the scene takes. Throws InputError, naming `what` has that length, unless they
 /// are whole, and at least so many.

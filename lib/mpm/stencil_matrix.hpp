@@ -22,7 +22,7 @@ public:
     /// Calls `visit(k, block)` for the nodes k >= l that node l may couple with, k rising; the block's rows belong to k.
     void for_each_below(std::int32_t l, const auto& visit) const {
         const int row = 2 * reach_ + 1, column = lattice_[static_cast<std::size_t>(l)] % width_;
-        // of a row of the stencil that a periodic side cuts, those beyond the right side come first
+        // where a periodic side cuts a row of the stencil, what lies beyond it on the right has the lower numbers
         const int cut = period_ == 0                 ? 0
                         : column < reach_            ? reach_ - column
                         : column + reach_ >= period_ ? reach_ + period_ - column

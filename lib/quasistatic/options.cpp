@@ -138,11 +138,15 @@ void declare_output(io::Program& program, Options& o) {
 
 } // namespace
 
-void declare(io::Program& program, Options& options) {
+void declare_scene(io::Program& program, Options& options) {
     declare_domain(program, options);
     declare(program, options.material);
     declare_model(program, options);
     declare_initial(program, options);
+}
+
+void declare(io::Program& program, Options& options) {
+    declare_scene(program, options);
     declare_time(program, options);
     declare_output(program, options);
 }

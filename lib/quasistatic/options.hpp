@@ -53,6 +53,8 @@ struct Options {
 
 /// Declares them all, grouped by topic.
 void declare(io::Program& program, Options& options);
+/// Of these what a scene is on any carrier: domain, material, model, initial internal variable.
+void declare_scene(io::Program& program, Options& options);
 
 /// The scene in natural units. Throws InputError for impossible values.
 [[nodiscard]] Scene make_scene(const Options& options);
