@@ -63,7 +63,9 @@ def reference_option(p):
 
 
 def command(program, options):
-    return [str(program)] + [f"--{name}={value}" for name, value in options.items()]
+    """`program` may be a list of words: a program and a scene file."""
+    return [str(word) for word in (program if isinstance(program, list) else [program])] + [
+        f"--{name}={value}" for name, value in options.items()]
 
 
 def canonical(value):
