@@ -35,6 +35,10 @@ while IFS= read -r line; do
     complain "rows of cells outside lib/space: $line"
 done < <(grep -rnE '(\.|->)row\(|for_each_row|sweep_rows' lib/quasistatic || true)
 
+while IFS= read -r line; do
+    complain "files and terminal in a law or an integrator: $line"
+done < <(grep -rnE "<ductile/io/" lib/{material,ode,time,linear} || true)
+
 if ((failures > 0)); then
     printf '%d breaches\n' "$failures"
     exit 1

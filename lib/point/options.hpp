@@ -1,7 +1,7 @@
 #pragma once
 #include <ductile/io/program.hpp>
-#include <ductile/material/options.hpp>
 #include <ductile/point/integrate.hpp>
+#include <ductile/scene/material_options.hpp>
 
 #include <string>
 #include <vector>

@@ -1,11 +1,11 @@
 #pragma once
 #include <ductile/io/program.hpp>
-#include <ductile/material/options.hpp>
 #include <ductile/quasistatic/initial.hpp>
 #include <ductile/quasistatic/scene.hpp>
 #include <ductile/quasistatic/schemes.hpp>
 #include <ductile/quasistatic/step_control.hpp>
 #include <ductile/run/recorder.hpp>
+#include <ductile/scene/material_options.hpp>
 
 #include <filesystem>
 #include <string>

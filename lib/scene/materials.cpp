@@ -2,7 +2,39 @@
 #include <ductile/material/units.hpp>
 #include <ductile/scene/materials.hpp>
 
+#include <fmt/format.h>
+
 namespace ductile {
+
+namespace {
+
+io::OptionHelp help(const std::string& group, std::string_view whose, const char* meaning, std::string units = {},
+                    io::Limits allowed = io::positive) {
+    return {.group = group, .meaning = fmt::format("{}{}", whose, meaning), .units = std::move(units), .allowed = allowed};
+}
+
+} // namespace
+
+void declare(io::Keys& keys, StzParameters& stz, const std::string& group, std::string_view whose) {
+    keys.option("stz-molecular-time", stz.molecular_time, help(group, whose, "tau_0", "s"));
+    keys.option("stz-local-strain", stz.local_strain, help(group, whose, "epsilon_0"));
+    keys.option("stz-heat-capacity", stz.heat_capacity, help(group, whose, "c_0"));
+    keys.option("stz-activation-barrier", stz.activation_barrier, help(group, whose, "Delta/k_B", "K"));
+    keys.option("stz-activation-volume", stz.activation_volume, help(group, whose, "zeta", "m^3"));
+    keys.option("stz-bath-temperature", stz.bath_temperature, help(group, whose, "T", "K"));
+    keys.option("stz-steady-temperature", stz.steady_temperature, help(group, whose, "chi_inf", "K"));
+    keys.option("stz-formation-temperature", stz.formation_temperature, help(group, whose, "e_Z/k_B", "K"));
+    keys.option(
+        "stz-corner", stz.corner_width,
+        help(group, whose, "width of a smoothed yield corner, in yield stresses; 0 is the sharp one", "", io::not_negative));
+}
+
+void declare(io::Keys& keys, PerzynaParameters& perzyna, const std::string& group, std::string_view whose) {
+    keys.option("perzyna-hardening", perzyna.hardening_modulus,
+                help(group, whose, "rise of the yield stress with plastic strain", "Pa", io::not_negative));
+    keys.option("perzyna-rate", perzyna.reference_rate, help(group, whose, "D_0 in D^pl = D_0 (sbar/Y - 1)^n", "1/s"));
+    keys.option("perzyna-exponent", perzyna.overstress_exponent, help(group, whose, "n", "", io::between(1, 100)));
+}
 
 void declare(io::Keys& keys, MaterialData& material) {
     keys.choice("law", material.law,
@@ -48,23 +80,11 @@ void declare_parameters(io::Keys& keys, MaterialData& m, const std::string& grou
         break;
     case LawChoice::stz:
         keys.option("yield-stress", m.yield_stress, needed("|sigma_0| = sqrt(J_2) at yield", "Pa"));
-        keys.option("stz-molecular-time", m.stz.molecular_time, optional("tau_0", "s"));
-        keys.option("stz-local-strain", m.stz.local_strain, optional("epsilon_0"));
-        keys.option("stz-heat-capacity", m.stz.heat_capacity, optional("c_0"));
-        keys.option("stz-activation-barrier", m.stz.activation_barrier, optional("Delta/k_B", "K"));
-        keys.option("stz-activation-volume", m.stz.activation_volume, optional("zeta", "m^3"));
-        keys.option("stz-bath-temperature", m.stz.bath_temperature, optional("T", "K"));
-        keys.option("stz-steady-temperature", m.stz.steady_temperature, optional("chi_inf", "K"));
-        keys.option("stz-formation-temperature", m.stz.formation_temperature, optional("e_Z/k_B", "K"));
-        keys.option("stz-corner", m.stz.corner_width,
-                    optional("width of a smoothed yield corner, in yield stresses", "", io::not_negative));
+        declare(keys, m.stz, group, {});
         break;
     case LawChoice::perzyna:
         keys.option("yield-stress", m.yield_stress, needed("|sigma_0| = sqrt(J_2) at first yield", "Pa"));
-        keys.option("perzyna-hardening", m.perzyna.hardening_modulus,
-                    optional("rise of the yield stress with plastic strain", "Pa", io::not_negative));
-        keys.option("perzyna-rate", m.perzyna.reference_rate, optional("D_0 in D^pl = D_0 (sbar/Y - 1)^n", "1/s"));
-        keys.option("perzyna-exponent", m.perzyna.overstress_exponent, optional("n", "", io::between(1, 100)));
+        declare(keys, m.perzyna, group, {});
         break;
     }
 }

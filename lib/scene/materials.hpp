@@ -7,6 +7,7 @@
 #include <ductile/material/von_mises.hpp>
 
 #include <string>
+#include <string_view>
 
 namespace ductile {
 
@@ -24,6 +25,11 @@ struct MaterialData {
     StzParameters stz = {};
     PerzynaParameters perzyna = {};
 };
+
+/// The parameters of a law besides its yield stress, in a group of --help; `whose` begins their meanings. One declaration for
+/// tables of a scene and for the options of programs.
+void declare(io::Keys& keys, StzParameters& stz, const std::string& group, std::string_view whose);
+void declare(io::Keys& keys, PerzynaParameters& perzyna, const std::string& group, std::string_view whose);
 
 /// The law, and what it asks for.
 void declare(io::Keys& keys, MaterialData& material);

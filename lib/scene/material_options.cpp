@@ -1,6 +1,7 @@
 #include <ductile/base/error.hpp>
 #include <ductile/material/elasticity.hpp>
-#include <ductile/material/options.hpp>
+#include <ductile/scene/material_options.hpp>
+#include <ductile/scene/materials.hpp>
 
 #include <cmath>
 #include <fmt/format.h>
@@ -12,25 +13,13 @@ void declare(io::Program& program, MaterialOptions& o) {
     const auto help = [](std::string meaning, std::string units = {}, io::Limits allowed = io::positive) {
         return io::OptionHelp{"Material", std::move(meaning), std::move(units), allowed};
     };
-    program.option("--bulk-modulus", o.elasticity.bulk_modulus, help("bulk modulus K", "Pa"));
-    program.option("--shear-modulus", o.elasticity.shear_modulus, help("shear modulus mu", "Pa"));
-    program.choice("--plasticity", o.plasticity, {{"stz", PlasticityChoice::stz}, {"perzyna", PlasticityChoice::perzyna}},
+    program.option("bulk-modulus", o.elasticity.bulk_modulus, help("bulk modulus K", "Pa"));
+    program.option("shear-modulus", o.elasticity.shear_modulus, help("shear modulus mu", "Pa"));
+    program.choice("plasticity", o.plasticity, {{"stz", PlasticityChoice::stz}, {"perzyna", PlasticityChoice::perzyna}},
                    help("shear transformation zones, or rate-dependent von Mises (Perzyna)"));
-    program.option("--yield-stress", o.yield_stress, help("yield stress of |sigma_0| = sqrt(s^2 + tau^2 + 3 q^2)", "Pa"));
-    program.option("--stz-molecular-time", o.stz.molecular_time, help("STZ: tau_0", "s"));
-    program.option("--stz-local-strain", o.stz.local_strain, help("STZ: epsilon_0"));
-    program.option("--stz-heat-capacity", o.stz.heat_capacity, help("STZ: c_0"));
-    program.option("--stz-activation-barrier", o.stz.activation_barrier, help("STZ: Delta/k_B", "K"));
-    program.option("--stz-activation-volume", o.stz.activation_volume, help("STZ: zeta", "m^3"));
-    program.option("--stz-bath-temperature", o.stz.bath_temperature, help("STZ: T", "K"));
-    program.option("--stz-steady-temperature", o.stz.steady_temperature, help("STZ: chi_inf", "K"));
-    program.option("--stz-formation-temperature", o.stz.formation_temperature, help("STZ: e_Z/k_B", "K"));
-    program.option("--stz-corner", o.stz.corner_width,
-                   help("STZ: width of a smoothed yield corner, in yield stresses; 0 is the sharp one", "", io::not_negative));
-    program.option("--perzyna-hardening", o.perzyna.hardening_modulus,
-                   help("Perzyna: rise of the yield stress with plastic strain", "Pa", io::not_negative));
-    program.option("--perzyna-rate", o.perzyna.reference_rate, help("Perzyna: D_0 in D^pl = D_0 (sbar/Y - 1)^n", "1/s"));
-    program.option("--perzyna-exponent", o.perzyna.overstress_exponent, help("Perzyna: n", "", io::between(1, 100)));
+    program.option("yield-stress", o.yield_stress, help("yield stress of |sigma_0| = sqrt(s^2 + tau^2 + 3 q^2)", "Pa"));
+    declare(program, o.stz, "Material", "STZ: ");
+    declare(program, o.perzyna, "Material", "Perzyna: ");
 }
 
 Units natural_units(const MaterialOptions& o, double length) {
