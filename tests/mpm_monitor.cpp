@@ -3,6 +3,7 @@
 #include "mpm_scenes.hpp"
 
 #include <ductile/mpm/monitor.hpp>
+#include <ductile/mpm/options.hpp>
 
 #include <algorithm>
 
@@ -191,6 +192,17 @@ TEST_CASE("the trailing mean is that of the last part of a run, wherever it ends
     }
     CHECK(loads.mean(tally) == doctest::Approx(sum / count).epsilon(1e-12));
     CHECK(tally.at("loads").size() < 2 * 501 + 2048);
+}
+
+TEST_CASE("B-splines with one particle a cell are doubted, and nothing else is") {
+    for (const ShapeFunction shape : {ShapeFunction::linear, ShapeFunction::gimp, ShapeFunction::bspline})
+        for (const int per_side : {1, 2}) {
+            const Block b = block(shape, Geometry::plane_strain, "elastic", per_side);
+            const std::vector<std::string> said = resolution_warnings(b.scene, b.state.particles);
+            CHECK(said.size() == (shape == ShapeFunction::bspline && per_side == 1 ? 1 : 0));
+            if (!said.empty())
+                CHECK(contains(said[0], "there are 1 particles a cell"));
+        }
 }
 
 TEST_SUITE_END();

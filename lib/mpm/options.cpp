@@ -7,6 +7,9 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <iterator>
+#include <set>
+#include <utility>
 
 namespace ductile::mpm {
 
@@ -212,6 +215,21 @@ std::vector<std::string> step_warnings(const Options& o, const Scene& scene, con
                                       dt, dt / limit, limit, o.mu)};
 }
 
+std::vector<std::string> resolution_warnings(const Scene& scene, const Particles& particles) {
+    if (scene.shape != ShapeFunction::bspline)
+        return {};
+    std::set<std::pair<int, int>> cells;
+    for (std::size_t p = 0; p < particles.size(); ++p)
+        cells.emplace(static_cast<int>((particles.x[p] - scene.grid.left) / scene.grid.dx()),
+                      static_cast<int>((particles.y[p] - scene.grid.bottom) / scene.grid.dy()));
+    const double mean = static_cast<double>(particles.size()) / static_cast<double>(cells.size());
+    if (!(mean < 2.0))
+        return {};
+    return {fmt::format("there are {:.3g} particles a cell: B-splines then have motions of nodes that no particle feels, and "
+                        "stresses may mean nothing; take 2 x 2 a cell, or --shape gimp",
+                        mean)};
+}
+
 std::unique_ptr<TimeStepper> make_time_stepper(const Options& o, const Scene& scene, const State& start) {
     if (o.method == Method::explicit_steps)
         return make_explicit_stepper(scene, form_of(o));
@@ -307,6 +325,7 @@ int run_program(const io::Program& program, const Options& options, const Proble
     const std::vector<std::string> known = step_warnings(options, problem.scene, state, control.options().target);
     program.say(describe(options, problem.scene, state, control, *stepper));
     std::vector<std::string> warnings = known;
+    std::ranges::move(resolution_warnings(problem.scene, problem.start.particles), std::back_inserter(warnings));
     if (!program.has_default("--snapshots"))
         for (const std::string& missing : io::missing_snapshots(options.duration, options.snapshots))
             warnings.push_back(missing);
