@@ -143,6 +143,34 @@ TEST_SUITE("force_control") {
         }
     }
 
+    TEST_CASE_FIXTURE(fields::OneThread, "under force control, too, all that a step leaves behind is in the state") {
+        const double end = 4e5;
+        const Scene scene = scene_under({By::traction, History<double>(Knots{{0.0, 0.0}, {0.3 * end, 1.05}, {end, 1.1}})},
+                                        {By::traction, History<double>(Knots{{0.0, 0.0}, {0.5 * end, -0.2}})});
+        for (const Tried& scheme : schemes_of_all_kinds) {
+            CAPTURE(scheme.name);
+            const auto make = [&] {
+                return make_stepper(scheme.name, scene, fields::space_for(scene),
+                                    {.tolerance = 1e-5, .fixed_steps = scheme.fixed});
+            };
+            const auto step = [&](TimeStepper& stepper, State& state, int n) {
+                const double next = end * n / 200.0;
+                REQUIRE(stepper.attempt(state, next - state.time, next, [](const StepAttempt&) { return true; }).accepted);
+            };
+            const auto one = make();
+            State state = rough_start(scene);
+            for (int n = 1; n <= 3; ++n)
+                step(*one, state, n);
+            State other = state;
+            for (int n = 4; n <= 5; ++n) {
+                step(*one, state, n);
+                step(*make(), other, n);
+            }
+            CHECK(fields::same_bits(state, other));
+            CHECK(state.cells.wall == other.cells.wall);
+        }
+    }
+
     TEST_CASE_FIXTURE(fields::OneThread, "walls that move as force control made them give the traction back") {
         // many short steps: the velocity of the middle of each, as a history with jumps
         const double end = 1e5;

@@ -28,7 +28,7 @@ public:
         system_.space().pack_interior(system_.velocity(), 1.0 / scale_, interior_of(std::span(y_)));
         pack_wall(step.start_rate.wall, std::span(y_));
         system_.pack(step.start_rate, cells_of(std::span(rates_)));
-        std::ranges::fill(interior_of(std::span(rates_)), 0.0);
+        std::ranges::fill(std::span(rates_).subspan(stages_.size()), 0.0); // of all that is algebraic
         ida_.integrate(y_, rates_, 0.0, step.dt);
         system_.unpack(cells_of(std::span(y_)), step.next);
         return stages_.finish(step);
