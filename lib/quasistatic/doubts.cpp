@@ -10,13 +10,6 @@ namespace ductile::quasistatic {
 
 namespace {
 
-/// rho = mu (t_s/L)^2 of Lu & Rycroft's problem [kg/m^3].
-double assumed_density() {
-    const Units paper;
-    const double slowness = paper.time / paper.length;
-    return MaterialOptions{}.elasticity.shear_modulus * slowness * slowness;
-}
-
 /// The longer side of a cell over the shorter one.
 double aspect_of(const Grid& grid) { return std::max(grid.dx() / grid.dy(), grid.dy() / grid.dx()); }
 
@@ -37,6 +30,12 @@ double largest_wall_speed(const Options& o, const Scene& scene) {
 }
 
 } // namespace
+
+double assumed_density() {
+    const Units paper;
+    const double slowness = paper.time / paper.length;
+    return MaterialOptions{}.elasticity.shear_modulus * slowness * slowness;
+}
 
 double shear_wave_speed(const Scene& scene) {
     return std::sqrt(scene.law->elasticity().shear_modulus * scene.units.stress / assumed_density());

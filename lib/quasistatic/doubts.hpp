@@ -6,8 +6,9 @@
 
 namespace ductile::quasistatic {
 
-/// Of shear waves [m/s]. The density that decides on it is not among the options: it is that of the metallic glass, 6134 kg/m^3,
-/// which its t_s stands for.
+/// [kg/m^3] The density is not among the options: it is that of the metallic glass, rho = mu (t_s/L)^2 of Lu & Rycroft's problem.
+[[nodiscard]] double assumed_density();
+/// Of shear waves at that density [m/s].
 [[nodiscard]] double shear_wave_speed(const Scene& scene);
 /// Speed of a wall [m/s] that loads to yield in ten passages of shear waves from wall to wall: faster ones leave the stress no
 /// time to even out.

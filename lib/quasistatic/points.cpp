@@ -11,8 +11,6 @@ namespace ductile::quasistatic {
 
 namespace {
 
-constexpr double glass_density = 6134.0; // see check_meaning(); without inertia nothing depends on it
-
 WallHistory walls_of(const Options& o) {
     if (!o.shear_traction.empty() || !o.normal_traction.empty())
         throw InputError(
@@ -96,7 +94,7 @@ mpm::Problem make_problem(const PointsOptions& options) {
     mpm::Particles& particles = problem.start.particles;
     mpm::add_body(particles,
                   {.shape = rectangle(grid.left, grid.bottom, grid.left + grid.width, grid.bottom + grid.height),
-                   .density = glass_density,
+                   .density = assumed_density(), // without inertia nothing depends on it
                    .particles_per_side = options.points.particles_per_side,
                    .name = "the block"},
                   problem.scene);

@@ -109,7 +109,6 @@ public:
     virtual void unpack_interior(std::span<const double> values, double factor, VectorField& velocity) const = 0;
     virtual void set_walls(const Velocity& upper, VectorField& velocity) const = 0;
     [[nodiscard]] virtual std::size_t memory_bytes() const = 0; ///< factors, plans and work space
-    [[nodiscard]] virtual std::string_view solver_name() const = 0;
 
     // what happens point by point
 

@@ -113,7 +113,6 @@ public:
     void unpack_interior(std::span<const double> values, double factor, VectorField& velocity) const override;
     void set_walls(const Velocity& upper, VectorField& velocity) const override;
     [[nodiscard]] std::size_t memory_bytes() const override { return solver_->memory_bytes(); }
-    [[nodiscard]] std::string_view solver_name() const override { return solver_->name(); }
 
 protected:
     void sweep(const CellState& cells, const VectorField& velocity, bool elastic, CellState& sources, RowKernel kernel,
