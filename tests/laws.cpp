@@ -95,8 +95,8 @@ TEST_CASE("a batch of cells flows as each point by itself does") {
             for (double& value : row)
                 value = 0.01 * uniform(engine);
         const Batch source = rate;
-        const double largest = law->add_flow_rates(count, y.rows.data(), rate.rows.data());
-        double expected = 0.0;
+        const FlowSums sums = law->add_flow_rates(count, y.rows.data(), rate.rows.data());
+        double expected = 0.0, dissipation = 0.0;
         int flowing = 0;
         for (int i = 0; i < count; ++i) {
             const std::vector<double> at = y.point(i);
@@ -108,6 +108,8 @@ TEST_CASE("a batch of cells flows as each point by itself does") {
             flowing += flows ? 1 : 0;
             if (flows)
                 expected = std::max(expected, 2.0 * elasticity.shear_modulus * flow.slope);
+            if (flows)
+                dissipation += 2.0 * sbar * sbar * flow.fluidity;
             for (std::size_t k = 0; k < 3 + n; ++k)
                 CHECK(rate.point(i)[k] == doctest::Approx(one[k]).epsilon(1e-12).scale(1e-3));
             if (flows) // Eq. (20), and the rates of the internal variables
@@ -115,7 +117,8 @@ TEST_CASE("a batch of cells flows as each point by itself does") {
             for (std::size_t k = 0; k < n; ++k)
                 CHECK(one[3 + k] == doctest::Approx(source.point(i)[3 + k] + (flows ? flow.internal_rates[k] : 0.0)));
         }
-        CHECK(largest == doctest::Approx(expected).epsilon(1e-12));
+        CHECK(sums.relaxation == doctest::Approx(expected).epsilon(1e-12));
+        CHECK(sums.dissipation == doctest::Approx(dissipation).epsilon(1e-12));
         CHECK((flowing > 3) == (n > 0));
     }
 }
@@ -136,9 +139,18 @@ TEST_CASE("substeps of a batch end where the rates, integrated point by point, d
             }
         const Batch source = end;
         Rk21Counts counts;
-        law->flow_by_substeps(count, y.rows.data(), end.rows.data(), dt,
-                              {.absolute_tolerance = 1e-9, .relative_tolerance = 1e-9, .exact_components = 1}, counts);
+        const double dissipated =
+            law->flow_by_substeps(count, y.rows.data(), end.rows.data(), dt,
+                                  {.absolute_tolerance = 1e-9, .relative_tolerance = 1e-9, .exact_components = 1}, counts);
         CHECK(!counts.failed);
+        double expected = 0.0; // stress in the middle times plastic strain
+        for (int i = 0; i < count; ++i) {
+            const std::vector<double> from = y.point(i), to = end.point(i), constant = source.point(i);
+            for (std::size_t k = 0; k < 3; ++k)
+                expected += (k < 2 ? 1.0 : 3.0) / elasticity.shear_modulus * 0.5 * (from[k] + to[k]) *
+                            (from[k] + dt * constant[k] - to[k]);
+        }
+        CHECK(dissipated == doctest::Approx(expected).epsilon(1e-11).scale(1.0));
         CHECK((counts.accepted > 0) == (n > 0));
         for (int i = 0; i < count; ++i) {
             std::vector<double> x = y.point(i);

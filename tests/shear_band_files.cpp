@@ -130,7 +130,7 @@ void check_files(const fs::path& folder, const Loading& load, const std::string&
                  double hardening = 0.0) {
     const auto history = history_in(folder);
     const auto snapshots = snapshots_in(folder);
-    REQUIRE(history.size() == 15);
+    REQUIRE(history.size() == 20);
     REQUIRE(snapshots.size() == 3);
     const std::vector<double>& time = history.at("time_s");
     for (std::size_t k = 0; k < time.size(); ++k) {
@@ -138,7 +138,23 @@ void check_files(const fs::path& folder, const Loading& load, const std::string&
         CHECK(history.at("wall_opening_strain")[k] == doctest::Approx(load.opening(time[k])).epsilon(1e-12));
         CHECK(history.at("step")[k] == static_cast<double>(k));
         CHECK(history.at("dt_s")[k] == doctest::Approx(k == 0 ? 0.0 : time[k] - time[k - 1]).epsilon(1e-9));
+        CHECK(history.at("energy_error_J")[k] ==
+              doctest::Approx(history.at("elastic_energy_J")[k] - history.at("wall_work_J")[k] +
+                              history.at("plastic_dissipation_J")[k])
+                  .epsilon(1e-9)
+                  .scale(1e-3));
     }
+    // the work of the walls from the tractions of the rows, by the trapezoidal rule
+    double work = 0.0;
+    for (std::size_t k = 1; k < time.size(); ++k)
+        for (const auto& [strain, traction] :
+             {std::pair{"wall_strain", "wall_shear_traction_Pa"}, std::pair{"wall_opening_strain", "wall_normal_traction_Pa"}})
+            work += 0.5 * (history.at(traction)[k] + history.at(traction)[k - 1]) *
+                    (history.at(strain)[k] - history.at(strain)[k - 1]) * width * height;
+    CHECK(history.at("wall_work_J").back() == doctest::Approx(work).epsilon(2e-3));
+    CHECK(history.at("plastic_dissipation_J").back() > 0.05 * work);
+    CHECK(std::abs(history.at("energy_error_J").back()) < 2e-3 * work);
+    CHECK((history.at("transported_energy_J").back() != 0.0) == (hardening == 0.0)); // Perzyna starts uniform, and stays so
     for (const Snapshot& s : snapshots) {
         CAPTURE(s.time);
         const auto row = static_cast<std::size_t>(s.step);
@@ -147,18 +163,21 @@ void check_files(const fs::path& folder, const Loading& load, const std::string&
         CHECK(column("time_s") == doctest::Approx(s.time).epsilon(1e-14));
 
         std::vector<double> magnitude, yy;
+        double energy = 0.0;
         double plastic = 0.0;
         for (std::size_t c = 0; c < cells_x * cells_y; ++c) {
             const double p = s.fields.at("pressure")[c], ss = s.fields.at("s")[c], tau = s.fields.at("tau")[c],
                          q = s.fields.at("q")[c];
             magnitude.push_back(std::hypot(ss, tau, std::sqrt(3.0) * q));
             yy.push_back(-p - ss - q);
+            energy += 0.5 * (p * p / 122e9 + magnitude.back() * magnitude.back() / 37.4e9) * width * height / (cells_x * cells_y);
             plastic += magnitude.back() >= yield_stress + hardening * s.fields.at(internal)[c] ? 1.0 : 0.0;
             CHECK(s.fields.at("deviatoric_magnitude")[c] == doctest::Approx(magnitude.back()).epsilon(1e-13));
         }
         const auto near = [](double expected) { return doctest::Approx(expected).epsilon(1e-11).scale(1.0); };
         CHECK(column("wall_shear_traction_Pa") == near(mean(s.fields.at("tau"))));
         CHECK(column("wall_normal_traction_Pa") == near(mean(yy)));
+        CHECK(column("elastic_energy_J") == near(energy));
         CHECK(column("mean_deviatoric_magnitude_Pa") == near(mean(magnitude)));
         CHECK(column("largest_deviatoric_magnitude_Pa") == near(*std::ranges::max_element(magnitude)));
         CHECK(column("plastic_fraction") == doctest::Approx(plastic / static_cast<double>(magnitude.size())).epsilon(1e-14));

@@ -27,6 +27,12 @@ struct FlowAt {
     std::vector<double> internal_rates = {};
 };
 
+/// Of the rates at a batch of points.
+struct FlowSums {
+    double relaxation = 0.0;  ///< the largest relaxation rate 2 mu dD^pl/dsbar
+    double dissipation = 0.0; ///< sum of sigma : D^pl
+};
+
 /// A material law whose type is forgotten: what both carriers use. It is called once for a row of cells or a run of particles, so
 /// that the loops over points are compiled with the law: one of a user's own is as fast as those of the library.
 ///
@@ -67,14 +73,15 @@ public:
     virtual void add_flow_rate(const double* y, double* rate) const = 0;
     /// The yield stress, of sbar, of `count` points with internal variables internal[0], internal[1], ...
     virtual void yield_stress(int count, ConstArrays internal, double* yield) const = 0;
-    /// add_flow_rate() at `count` points, yielding ones; returns the largest relaxation rate 2 mu dD^pl/dsbar.
-    virtual double add_flow_rates(int count, ConstArrays y, Arrays rate) const = 0;
+    /// add_flow_rate() at `count` points, yielding ones.
+    virtual FlowSums add_flow_rates(int count, ConstArrays y, Arrays rate) const = 0;
     /// Takes `count` points from y over dt with constant sources, in `end` on entry, to `end`: one forward Euler step, or
     /// RK2(1) substeps of every point that flows. A point whose sbar is below yield at both ends of its straight elastic path
-    /// takes none. flow_by_euler() counts nothing.
-    virtual void flow_by_euler(int count, ConstArrays y, Arrays end, double dt) const = 0;
-    virtual void flow_by_substeps(int count, ConstArrays y, Arrays end, double dt, const Rk21Options& options,
-                                  Rk21Counts& counts) const = 0;
+    /// takes none. flow_by_euler() counts nothing. Both return the sum over the points of sigma : (plastic strain), with the
+    /// stress in the middle between y and the end.
+    virtual double flow_by_euler(int count, ConstArrays y, Arrays end, double dt) const = 0;
+    virtual double flow_by_substeps(int count, ConstArrays y, Arrays end, double dt, const Rk21Options& options,
+                                    Rk21Counts& counts) const = 0;
 
     // --- steps of `count` points with internal variables internal[0][i], internal[1][i], ... for i < count
 

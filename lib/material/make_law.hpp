@@ -66,34 +66,40 @@ public:
             store(rate_.yield_stress(load_rows<Pack, n>(internal, i)), yield + i);
     }
 
-    [[nodiscard]] double add_flow_rates(int count, ConstArrays y, Arrays rate) const override {
+    [[nodiscard]] FlowSums add_flow_rates(int count, ConstArrays y, Arrays rate) const override {
         require_rates();
         const Pack viscosity(two_mu());
-        Pack relaxation(0.0);
+        Pack relaxation(0.0), relaxed(0.0);
         for (int i = 0; i < count; i += pack_size) {
             const Cells state = load_rows<Pack, m>(y, i);
             const Pack sbar = deviatoric_magnitude(state);
             const auto internal = internal_of(state);
             if (!any_of(!(sbar < rate_.yield_stress(internal)))) // not a number counts as plastic and is found out later
                 continue;
-            store_rows(FlowRate<Rate, Pack, m>{rate_, viscosity, load_rows<Pack, m>(rate, i)}(state), rate, i);
+            const Cells source = load_rows<Pack, m>(rate, i), slope = FlowRate<Rate, Pack, m>{rate_, viscosity, source}(state);
+            store_rows(slope, rate, i);
+            relaxed = relaxed + real_lanes(work_of(state, source, slope), i, count);
             relaxation = maximum(relaxation, viscosity * rate_.flow_slope(sbar, internal));
         }
-        return largest_of(relaxation);
+        return {largest_of(relaxation), sum_of(relaxed) * 2.0 / two_mu()};
     }
 
-    void flow_by_euler(int count, ConstArrays y, Arrays end, double dt) const override {
+    double flow_by_euler(int count, ConstArrays y, Arrays end, double dt) const override {
         require_rates();
+        Pack relaxed(0.0);
         for (int i = 0; i < count; i += pack_size)
-            advance(
-                y, end, i,
-                dt, [&](const auto& flow, const Cells& start, const Pack::Mask&) __attribute__((DUCTILE_ALWAYS_INLINE)) {
-                    return moved(start, dt, flow(start));
-                });
+            relaxed =
+                relaxed +
+                advance(
+                    y, end, i, count,
+                    dt, [&](const auto& flow, const Cells& start, const Pack::Mask&) __attribute__((DUCTILE_ALWAYS_INLINE)) {
+                        return moved(start, dt, flow(start));
+                    });
+        return sum_of(relaxed) / two_mu();
     }
 
-    void flow_by_substeps(int count, ConstArrays y, Arrays end, double dt, const Rk21Options& options,
-                          Rk21Counts& counts) const override {
+    double flow_by_substeps(int count, ConstArrays y, Arrays end, double dt, const Rk21Options& options,
+                            Rk21Counts& counts) const override {
         require_rates();
         const auto substeps = [&](const Pack::Mask& real) __attribute__((DUCTILE_ALWAYS_INLINE)) {
             return [&, real ](const auto& flow, const Cells& start, const Pack::Mask& plastic)
@@ -104,11 +110,14 @@ public:
             };
         };
         const int whole = count - count % pack_size;
+        Pack relaxed(0.0);
         int i = 0;
         for (; i < whole; i += pack_size)
-            advance(y, end, i, dt, substeps(Pack::Mask(true)));
+            relaxed = relaxed + advance(y, end, i, count, dt, substeps(Pack::Mask(true)));
         if (i < count) // lanes beyond the last point: computed, not counted
-            advance(y, end, i, dt, substeps(Pack::counting_from(i) < Pack(static_cast<double>(count))));
+            relaxed =
+                relaxed + advance(y, end, i, count, dt, substeps(Pack::counting_from(i) < Pack(static_cast<double>(count))));
+        return sum_of(relaxed) / two_mu();
     }
 
     void correct(std::size_t count, const SymmetricTensor* trial, ConstArrays internal, double dt, SymmetricTensor* stress,
@@ -173,18 +182,37 @@ private:
         return end;
     }
 
-    /// Along the straight elastic path, which sbar is convex on, or by `flow` where that path meets yield.
-    [[gnu::DUCTILE_ALWAYS_INLINE]] void advance(ConstArrays y, Arrays end, int i, double dt, const auto& by_flow) const {
+    /// mu sigma : (plastic strain), from what the deviator is without plastic flow and with it.
+    [[nodiscard, gnu::DUCTILE_ALWAYS_INLINE]] static Pack work_of(const Cells& stress, const Cells& without, const Cells& with) {
+        return stress[0] * (without[0] - with[0]) + stress[1] * (without[1] - with[1]) +
+               Pack(3.0) * (stress[2] * (without[2] - with[2]));
+    }
+    /// Lanes beyond the last point hold anything.
+    [[nodiscard, gnu::DUCTILE_ALWAYS_INLINE]] static Pack real_lanes(const Pack& values, int i, int count) {
+        return i + pack_size <= count ? values
+                                      : select(Pack::counting_from(i) < Pack(static_cast<double>(count)), values, Pack(0.0));
+    }
+
+    /// Along the straight elastic path, which sbar is convex on, or by `flow` where that path meets yield. Returns twice the
+    /// stress in the middle times what flow took from the deviator.
+    [[gnu::DUCTILE_ALWAYS_INLINE]] Pack advance(ConstArrays y, Arrays end, int i, int count, double dt,
+                                                const auto& by_flow) const {
         const Cells start = load_rows<Pack, m>(y, i), source = load_rows<Pack, m>(end, i);
         Cells after = moved(start, dt, source);
         const Pack yield = minimum(rate_.yield_stress(internal_of(start)), rate_.yield_stress(internal_of(after)));
         const Pack::Mask plastic = !(maximum(deviatoric_square(start), deviatoric_square(after)) < yield * yield);
+        Pack relaxed(0.0);
         if (any_of(plastic)) {
-            const Cells flown = by_flow(FlowRate<Rate, Pack, m>{rate_, Pack(two_mu()), source}, start, plastic);
-            for (std::size_t k = 0; k < m; ++k)
+            const Cells flown = by_flow(FlowRate<Rate, Pack, m>{rate_, Pack(two_mu()), source}, start, plastic), trial = after;
+            Cells twice_middle = start;
+            for (std::size_t k = 0; k < m; ++k) {
                 after[k] = select(plastic, flown[k], after[k]);
+                twice_middle[k] = start[k] + after[k];
+            }
+            relaxed = real_lanes(work_of(twice_middle, trial, after), i, count);
         }
         store_rows(after, end, i);
+        return relaxed;
     }
 
     Step step_;

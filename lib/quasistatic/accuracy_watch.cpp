@@ -43,7 +43,16 @@ void AccuracyWatch::observe_walls(const State& state) {
     }
 }
 
+void AccuracyWatch::begin(const State& state) { elastic_energy_ = space_.observe(state.cells).elastic_energy; }
+
+double AccuracyWatch::relative_energy_error(double elastic_energy, const EnergyFlow& passed) const {
+    const double scale = std::max(elastic_energy_, work_magnitude_);
+    return scale > 0.0 ? energy_error(elastic_energy, passed) / scale : 0.0;
+}
+
 void AccuracyWatch::observe(const State& state, bool last) {
+    work_magnitude_ += std::abs(state.cells.energy.work - work_);
+    work_ = state.cells.energy.work;
     if (scene_.walls.by_traction())
         observe_walls(state);
     if (state.step % residual_interval != 0 && !last)
@@ -74,6 +83,16 @@ std::vector<std::string> AccuracyWatch::warnings() const {
     return sentences;
 }
 
+std::optional<std::string> AccuracyWatch::ledger_warning(double elastic_energy, const EnergyFlow& passed) const {
+    const double relative = relative_energy_error(elastic_energy, passed);
+    if (std::abs(relative) <= doubtful_energy)
+        return std::nullopt;
+    return fmt::format("the ledger of energy does not close: {:.2g} of the work of the walls is unaccounted for, {}", relative,
+                       std::abs(passed.transport) > 0.5 * std::abs(energy_error(elastic_energy, passed))
+                           ? "most of it because the cells are too coarse for what is advected: use more --cells"
+                           : fmt::format("because of the steps: {}", remedy));
+}
+
 std::vector<std::pair<std::string, double*>> AccuracyWatch::hidden_numbers() {
     return {{"largest_error", &error_},
             {"largest_error_time", &error_time_},
@@ -81,7 +100,10 @@ std::vector<std::pair<std::string, double*>> AccuracyWatch::hidden_numbers() {
             {"largest_residual", &residual_},
             {"largest_residual_time", &residual_time_},
             {"largest_wall_speed", &wall_speed_},
-            {"largest_wall_speed_time", &wall_speed_time_}};
+            {"largest_wall_speed_time", &wall_speed_time_},
+            {"elastic_energy_at_start", &elastic_energy_},
+            {"work_of_last_step", &work_},
+            {"work_magnitude", &work_magnitude_}};
 }
 
 } // namespace ductile::quasistatic

@@ -2,6 +2,7 @@
 #include <ductile/quasistatic/state.hpp>
 #include <ductile/quasistatic/time_stepper.hpp>
 
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -10,21 +11,30 @@ namespace ductile::quasistatic {
 
 /// What a run knows about its own accuracy, from every step and whatever rows it writes: the largest estimated error of a step
 /// (StepAttempt::error) and the largest residual of equilibrium (Space::equilibrium_residual, looked at every few steps and
-/// at the end), and under force control the largest speed of the walls, which nobody prescribes.
+/// at the end), under force control the largest speed of the walls, which nobody prescribes, and the ledger of energy.
 ///
 /// Errors of steps add up where the solution does not forget them, and grow where it localises; a single one of 0.1 s_Y is no
 /// answer any more, one of 0.01 must be known to whoever reads the numbers. The projection leaves a residual of round-off, or
 /// with the stiffness (S.20) one of up to 3e-4 where fields are smooth (16 cells a side, less on finer grids), which changes
 /// nothing; 2 % of cellwise noise in chi make it 0.06 and the stress 2 % wrong.
+///
+/// What the elastic energy has grown by should be what the walls have done less what plastic flow has dissipated (EnergyFlow).
+/// Work and dissipation are integrated as the state is: Runge-Kutta methods and SUNDIALS count them with their stages, so that
+/// without transport the difference is the error of the integration, of its order; projection schemes count both with the stress
+/// in the middle of the step (that of the predictor, where flow is concerned), which leaves their order. In the full model what
+/// differences make of advection comes on top: it falls with the cells.
 class AccuracyWatch {
 public:
     static constexpr double largest_error = 0.1;      ///< a step whose estimated error exceeds it ends the run
     static constexpr double doubtful_error = 0.01;    ///< above it the summary warns
     static constexpr double doubtful_residual = 1e-3; ///< above it the summary warns
+    static constexpr double doubtful_energy = 0.01;   ///< of the work; above it the summary warns
     static constexpr int residual_interval = 64;      ///< steps from one look at the residual to the next
 
     AccuracyWatch(const Scene& scene, const Space& space);
 
+    /// A run begins with this state.
+    void begin(const State& state);
     /// Takes note of an attempted step of length dt from `time`. Throws RunError (figure, time, what to change) where its
     /// estimated error exceeds largest_error; the stepper then still has the state before it.
     void judge(const StepAttempt& attempt, double time, double dt);
@@ -32,8 +42,17 @@ public:
     /// control outrun shear waves.
     void observe(const State& state, bool last);
 
+    /// Elastic energy that nothing accounts for, of the domain.
+    [[nodiscard]] double energy_error(double elastic_energy, const EnergyFlow& passed) const {
+        return elastic_energy - elastic_energy_ - passed.work + passed.dissipation;
+    }
+    /// The same, of the work that walls have done or taken, or of the energy at the start if that is more.
+    [[nodiscard]] double relative_energy_error(double elastic_energy, const EnergyFlow& passed) const;
+
     /// Sentences for the end of the run, with figures and what to change.
     [[nodiscard]] std::vector<std::string> warnings() const;
+    /// That of a ledger that does not close; none if it does.
+    [[nodiscard]] std::optional<std::string> ledger_warning(double elastic_energy, const EnergyFlow& passed) const;
 
     /// The numbers that a checkpoint must hold.
     [[nodiscard]] std::vector<std::pair<std::string, double*>> hidden_numbers();
@@ -47,6 +66,8 @@ private:
     double error_ = 0.0, error_time_ = 0.0, error_step_ = 0.0;
     double residual_ = 0.0, residual_time_ = 0.0;
     double wall_speed_ = 0.0, wall_speed_time_ = 0.0; // under force control
+    double elastic_energy_ = 0.0;                     // at the start
+    double work_ = 0.0, work_magnitude_ = 0.0;        // at the last step, and the sum of magnitudes of all steps
 };
 
 } // namespace ductile::quasistatic

@@ -71,6 +71,7 @@ private:
         const Velocity wanted = wall_velocity(system_.scene(), told, system_.lines().mean_of_open(complete));
         system_.space().close(velocity_, complete);
         complete.wall = wall;
+        complete.energy.work = system_.space().wall_power(cells.stress, wall);
         complete.wrap();
         system_.space().divergence(complete.stress, 1.0, force_);
         system_.pack(complete, cells_of(residual));

@@ -145,6 +145,7 @@ FileStart start_from_file(const Scene& scene, Space& space, const std::filesyste
     space.divergence(given, -1.0, force);
     (void)Projection(scene, space).apply(force, {}, 1.0, cells);
     bring_to_load(scene, space, 0.0, cells);
+    cells.energy = {}; // it starts from there
     const double square = square_of(given, nullptr);
     result.correction = square > 0.0 ? std::sqrt(square_of(cells.stress, &given) / square) : 0.0;
     return result;

@@ -42,6 +42,7 @@ RateReport MethodOfLines::evaluate(CellState& cells, const WallRates& told, Vect
         Timer timer;
         report.largest_relaxation = space_.rates(cells, velocity, rate, next_velocity_);
         rate.wall = wall_velocity(scene_, told, mean_of_open(rate));
+        rate.energy.work = space_.wall_power(cells.stress, rate.wall);
         rate_seconds_ += timer.lap();
         space_.solve(next_velocity_, WallData::zero);
         ++report.solves;

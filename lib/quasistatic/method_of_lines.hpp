@@ -29,11 +29,12 @@ public:
     MethodOfLines(const Scene& scene, Space& space, const PassOptions& passes);
 
     /// Evaluates at the state `cells` (ghost rows are refreshed) with walls that are told `told`. `velocity` holds a guess on
-    /// entry (any wall rows) and v on exit; `rate` receives f, and how the walls move: the caller adds C : D(v) in its next sweep
-    /// (combine, close_rate). Throws RunError when f is not finite; `velocity` then holds rubbish.
+    /// entry (any wall rows) and v on exit; `rate` receives f, all powers, and how the walls move: the caller adds C : D(v) in
+    /// its next sweep (combine, close_rate). Throws RunError when f is not finite; `velocity` then holds rubbish.
     RateReport evaluate(CellState& cells, const WallRates& told, VectorField& velocity, CellState& rate);
 
-    /// f alone at a given velocity (wall rows included), without a solve: `rate` receives it.
+    /// f alone at a given velocity (wall rows included), without a solve: `rate` receives it, and all powers but that of the
+    /// walls.
     void open_rate(CellState& cells, const VectorField& velocity, CellState& rate);
 
     /// Of an open rate, where force control asks for it.

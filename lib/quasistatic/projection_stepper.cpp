@@ -135,6 +135,7 @@ StepAttempt ProjectionStepper::attempt(State& state, double dt, double end, cons
     space_->add_affine(added, correction_);
     if (incremental)
         add(*velocity, correction_);
+    next_.energy.work += 0.5 * dt * (space_->wall_power(state.cells.stress, wall) + space_->wall_power(next_.stress, wall));
     velocity_seconds_ += timer.lap();
     result.error = estimate_error(state, dt, wall, result.measure, counts);
     result.accepted = judge(result);

@@ -8,8 +8,9 @@
 namespace ductile::quasistatic {
 
 RateSystem::RateSystem(const Scene& scene, Space& space, const PassOptions& passes)
-    : scene_(scene), space_(space), lines_(scene, space, passes),
-      projection_(scene, space), stage_velocity_{space.make_velocity(), space.make_velocity(), space.make_velocity()} {
+    : scene_(scene), space_(space), lines_(scene, space, passes), projection_(scene, space),
+      energy_scale_(std::sqrt(static_cast<double>(space.packed_size()) / static_cast<double>(fields())) / scene.grid.area()),
+      stage_velocity_{space.make_velocity(), space.make_velocity(), space.make_velocity()} {
     if (scene.walls.by_traction()) {
         const IsotropicElasticity& c = scene.law->elasticity();
         const double strains =
@@ -59,7 +60,11 @@ void RateSystem::combine(std::span<const time::Term<CellState>> terms, time::Ope
 double RateSystem::norm(std::span<const time::Term<CellState>> terms) { return largest_norm(scene_, space_, terms); }
 
 void RateSystem::pack(const CellState& cells, std::span<double> values) const {
-    space_.pack(cells, values.first(space_.packed_size()));
+    const std::size_t n = space_.packed_size();
+    space_.pack(cells, values.first(n));
+    values[n] = energy_scale_ * cells.energy.work;
+    values[n + 1] = energy_scale_ * cells.energy.dissipation;
+    values[n + 2] = energy_scale_ * cells.energy.transport;
     if (walls() > 0) {
         values[components() - 2] = wall_scale_.u * cells.wall.u;
         values[components() - 1] = wall_scale_.v * cells.wall.v;
@@ -67,7 +72,9 @@ void RateSystem::pack(const CellState& cells, std::span<double> values) const {
 }
 
 void RateSystem::unpack(std::span<const double> values, CellState& cells) const {
-    space_.unpack(values.first(space_.packed_size()), cells);
+    const std::size_t n = space_.packed_size();
+    space_.unpack(values.first(n), cells);
+    cells.energy = (1.0 / energy_scale_) * EnergyFlow{values[n], values[n + 1], values[n + 2]};
     if (walls() > 0)
         cells.wall = {values[components() - 2] / wall_scale_.u, values[components() - 1] / wall_scale_.v};
 }

@@ -39,9 +39,9 @@ public:
     /// The largest of the norms (59) of sigma/s_Y and the internal variables in units of their scales.
     [[nodiscard]] double norm(std::span<const time::Term<CellState>> terms) override;
 
-    /// The packed fields, and with walls under force control their displacement, as the stress that it would make, weighed as
-    /// much as a field.
-    [[nodiscard]] std::size_t components() const override { return space_.packed_size() + walls(); }
+    /// The packed fields; the energies that pass, a unit of area, and with walls under force control their displacement, as the
+    /// stress that it would make, each weighed as much as a field: what weighs less is not solved for by Newton's method.
+    [[nodiscard]] std::size_t components() const override { return space_.packed_size() + 3 + walls(); }
     [[nodiscard]] double norm_of_components() const override { return std::sqrt(static_cast<double>(fields())); }
     void pack(const CellState& cells, std::span<double> values) const override;
     void unpack(std::span<const double> values, CellState& cells) const override;
@@ -79,6 +79,7 @@ private:
     MethodOfLines lines_;
     Projection projection_;
     Velocity wall_scale_ = {};                  ///< in a packed state
+    double energy_scale_;                       ///< in a packed state
     std::array<VectorField, 3> stage_velocity_; ///< the latest of the current step, in turns
     std::vector<TimedVelocity> sequence_;       ///< in the order of time
     std::size_t stage_ = 0;

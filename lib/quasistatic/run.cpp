@@ -20,6 +20,7 @@ public:
         : scene_(scene), state_(state), stepper_(stepper), control_(control), space_(stepper.space()), watch_(scene, space_),
           force_(space_.make_velocity()) {
         if (!checkpoint) {
+            watch_.begin(state_);
             control_.start(stepper_.time_scale(state_));
             return;
         }
@@ -72,14 +73,16 @@ public:
         for (const InternalVariable& variable : scene_.law->variables())
             columns.insert(columns.end(),
                            {fmt::format("smallest_{}", column_name(variable)), fmt::format("largest_{}", column_name(variable))});
-        columns.insert(columns.end(), {"plastic_fraction", "equilibrium_residual", "step_measure", "wall_opening_strain",
-                                       "wall_strain_rate_1/s"});
+        columns.insert(columns.end(),
+                       {"plastic_fraction", "equilibrium_residual", "step_measure", "wall_opening_strain", "wall_strain_rate_1/s",
+                        "elastic_energy_J", "wall_work_J", "plastic_dissipation_J", "transported_energy_J", "energy_error_J"});
         return columns;
     }
 
     void row(std::vector<double>& values) override {
         const Units& u = scene_.units;
         const Observables o = space_.observe(state_.cells);
+        const EnergyFlow& passed = state_.cells.energy;
         const double half_height = 0.5 * scene_.grid.height;
         const Velocity walls = wall_displacement(scene_, state_);
         values.insert(values.end(), {time_s(), static_cast<double>(state_.step), last_dt_ * u.time, walls.u / half_height,
@@ -90,7 +93,9 @@ public:
             values.insert(values.end(), {o.smallest_internal[k] * variables[k].natural_unit,
                                          o.largest_internal[k] * variables[k].natural_unit});
         values.insert(values.end(), {o.plastic_fraction, space_.equilibrium_residual(state_.cells.stress, force_), last_measure_,
-                                     walls.v / half_height, state_.velocity.u(0, scene_.grid.cells_y) / half_height / u.time});
+                                     walls.v / half_height, state_.velocity.u(0, scene_.grid.cells_y) / half_height / u.time,
+                                     o.elastic_energy * joule(), passed.work * joule(), passed.dissipation * joule(),
+                                     passed.transport * joule(), watch_.energy_error(o.elastic_energy, passed) * joule()});
     }
 
     [[nodiscard]] run::Curve curve() const override {
@@ -166,11 +171,22 @@ public:
         for (const auto& [method, steps] : stepper_.steps_by_method(state_))
             summary.extra["steps_by_" + method] = steps;
         summary.extra["simulated_time_s"] = time_s();
+        const double elastic_energy = space_.observe(state_.cells).elastic_energy, unit = joule();
+        const EnergyFlow& passed = state_.cells.energy;
+        summary.extra["elastic_energy_J"] = elastic_energy * unit;
+        summary.extra["wall_work_J"] = passed.work * unit;
+        summary.extra["plastic_dissipation_J"] = passed.dissipation * unit;
+        summary.extra["transported_energy_J"] = passed.transport * unit;
+        summary.extra["energy_error_of_work"] = watch_.relative_energy_error(elastic_energy, passed);
         const std::vector<std::string> warnings = watch_.warnings();
         summary.warnings.insert(summary.warnings.end(), warnings.begin(), warnings.end());
+        if (const std::optional<std::string> warning = watch_.ledger_warning(elastic_energy, passed))
+            summary.warnings.push_back(*warning);
     }
 
 private:
+    /// Of energies, of a metre of thickness.
+    [[nodiscard]] double joule() const { return scene_.units.stress * scene_.units.length * scene_.units.length; }
     /// Throws RunError where the run must end.
     [[nodiscard]] bool judge(const StepAttempt& made) {
         judged_ = true;

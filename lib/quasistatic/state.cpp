@@ -35,13 +35,16 @@ NamedFields named_fields(const Scene& scene, State& state) {
 
 std::vector<std::pair<std::string, double*>> named_numbers(State& state) {
     std::vector<std::pair<std::string, double*>> list{{"time", &state.time}};
-    const auto append_wall = [&](const std::string& prefix, Velocity& wall) {
-        list.emplace_back(prefix + "wall_x", &wall.u);
-        list.emplace_back(prefix + "wall_y", &wall.v);
+    const auto append_numbers = [&](const std::string& prefix, CellState& cells) {
+        list.emplace_back(prefix + "wall_x", &cells.wall.u);
+        list.emplace_back(prefix + "wall_y", &cells.wall.v);
+        list.emplace_back(prefix + "work", &cells.energy.work);
+        list.emplace_back(prefix + "dissipation", &cells.energy.dissipation);
+        list.emplace_back(prefix + "transport", &cells.energy.transport);
     };
-    append_wall("", state.cells.wall);
+    append_numbers("", state.cells);
     for (auto& [name, cells] : state.memory.cells)
-        append_wall(name + "_", cells.wall);
+        append_numbers(name + "_", cells);
     for (std::size_t k = 0; k < state.memory.numbers.size(); ++k)
         list.emplace_back(state.memory.names[k], &state.memory.numbers[k]);
     return list;

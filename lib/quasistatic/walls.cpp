@@ -128,9 +128,12 @@ void move_walls(const Scene& scene, const Velocity& motion, CellState& cells) {
 }
 
 void bring_to_load(const Scene& scene, Space& space, double time, CellState& cells) {
-    if (scene.walls.by_traction())
-        move_walls(scene, wall_velocity_between(scene, space.mean_traction(cells.stress), wanted_traction(scene, time), 1.0),
-                   cells);
+    if (!scene.walls.by_traction())
+        return;
+    const Velocity motion = wall_velocity_between(scene, space.mean_traction(cells.stress), wanted_traction(scene, time), 1.0);
+    const double before = space.wall_power(cells.stress, motion);
+    move_walls(scene, motion, cells);
+    cells.energy.work += 0.5 * (before + space.wall_power(cells.stress, motion));
 }
 
 double largest_norm(const Scene& scene, Space& space, std::span<const Space::Term> terms) {

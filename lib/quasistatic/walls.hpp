@@ -35,9 +35,9 @@ using WallKnot = WallHistory::Knot;
 /// The tractions that are controlled, at a time.
 [[nodiscard]] MeanTraction wanted_traction(const Scene& scene, double time);
 
-/// Moves the walls at once, and hence elastically: the stress changes by a uniform one.
+/// Moves the walls at once, and hence elastically: the stress changes by a uniform one. Nobody counts the work.
 void move_walls(const Scene& scene, const Velocity& motion, CellState& cells);
-/// To where the tractions that are controlled are those of a time.
+/// To where the tractions that are controlled are those of a time; counts the work.
 void bring_to_load(const Scene& scene, Space& space, double time, CellState& cells);
 
 /// The largest of the norms (59) of a combination, to which the motion of walls under force control belongs, as the stress that

@@ -10,11 +10,31 @@
 
 namespace ductile {
 
+/// Energy that has passed through a state since time 0, as the rates of that state say; of a rate, the powers. Energies are those
+/// of the whole domain and a unit of thickness. What has passed in equilibrium obeys, at every instant,
+///   d(elastic energy)/dt = work - dissipation + transport,
+/// because sum sigma : D(v) dA is the power of the walls where B^T sigma vanishes, and spin does no work.
+struct EnergyFlow {
+    double work = 0.0;        ///< of the walls on what is between them
+    double dissipation = 0.0; ///< sum of sigma : D^pl dA
+    double transport = 0.0;   ///< sum of -sigma : C^-1 : (v . grad) sigma dA. By the equations it is the elastic energy times div
+                            ///< v; what differences make of that is their error
+
+    friend EnergyFlow operator+(const EnergyFlow& a, const EnergyFlow& b) {
+        return {a.work + b.work, a.dissipation + b.dissipation, a.transport + b.transport};
+    }
+    friend EnergyFlow operator*(double factor, const EnergyFlow& e) {
+        return {factor * e.work, factor * e.dissipation, factor * e.transport};
+    }
+    bool operator==(const EnergyFlow&) const = default;
+};
+
 /// The fields at cell centres that the constitutive law evolves, or their rates; two ghost rows for transport.
 struct CellState {
     StressField stress;          ///< [N][M] each, units of stress
     std::vector<Field> internal; ///< [N][M] each, the law's internal variables
     Velocity wall;               ///< displacement of the upper wall; in a rate, its velocity
+    EnergyFlow energy;           ///< in a rate, powers
 
     CellState() = default;
     CellState(const Grid& grid, std::size_t variables);

@@ -12,15 +12,25 @@ namespace ductile {
 Space::Space(const Grid& grid, const Medium& medium)
     : grid_(grid), medium_(medium), scale_{std::sqrt(3.0), std::sqrt(2.0), std::sqrt(2.0), std::sqrt(6.0)},
       row_sums_(static_cast<std::size_t>(grid.cells_y) * (1 + most_variables)),
-      row_counts_(static_cast<std::size_t>(grid.cells_y)) {
+      row_powers_(static_cast<std::size_t>(grid.cells_y)), row_counts_(static_cast<std::size_t>(grid.cells_y)) {
     for (const InternalVariable& variable : medium_.law->variables())
         scale_.push_back(1.0 / variable.natural_scale());
 }
 
+EnergyFlow Space::sum_of_powers() const {
+    EnergyFlow sum;
+    for (const RowPowers& row : row_powers_) {
+        sum.dissipation += row.dissipation;
+        sum.transport += row.transport;
+    }
+    return grid_.cell_area() * sum;
+}
+
 double Space::rates(const CellState& cells, const VectorField& velocity, CellState& rate, VectorField& force) {
-    const auto kernel = [&](int j) {
-        row_sums_[static_cast<std::size_t>(j)] =
-            medium_.law->add_flow_rates(grid_.cells_x, flow_rows(cells, j), flow_rows(rate, j));
+    const auto kernel = [&](int j, double transport) {
+        const FlowSums flow = medium_.law->add_flow_rates(grid_.cells_x, flow_rows(cells, j), flow_rows(rate, j));
+        row_sums_[static_cast<std::size_t>(j)] = flow.relaxation;
+        row_powers_[static_cast<std::size_t>(j)] = {flow.dissipation, transport};
         for (Field* f : {&rate.stress.p, &rate.stress.s, &rate.stress.tau, &rate.stress.q})
             f->wrap_row(j);
     };
@@ -28,6 +38,7 @@ double Space::rates(const CellState& cells, const VectorField& velocity, CellSta
     double relaxation = 0.0;
     for (int j = 0; j < grid_.cells_y; ++j)
         relaxation = std::max(relaxation, row_sums_[static_cast<std::size_t>(j)]);
+    rate.energy = sum_of_powers();
     return relaxation;
 }
 
@@ -35,34 +46,38 @@ Rk21Counts Space::predict(Predictor predictor, const CellState& now, CellState& 
                           double dt, const Rk21Options& options, CellState& next, VectorField& force) {
     if (medium_.transported)
         extrapolate_to_ghost_rows(transported);
-    const auto kernel = [&](int j) {
+    const auto kernel = [&](int j, double transport) {
         Rk21Counts& counts = row_counts_[static_cast<std::size_t>(j)];
         counts = {};
         const double* const p = now.stress.p.row(j);
         double* const p_next = next.stress.p.row(j);
         for (int i = 0; i < grid_.cells_x; i += pack_size)
             store(load(p + i) + Pack(dt) * load(p_next + i), p_next + i);
-        if (predictor == Predictor::euler)
-            medium_.law->flow_by_euler(grid_.cells_x, flow_rows(now, j), flow_rows(next, j), dt);
-        else
-            medium_.law->flow_by_substeps(grid_.cells_x, flow_rows(now, j), flow_rows(next, j), dt, options, counts);
+        const double dissipated =
+            predictor == Predictor::euler
+                ? medium_.law->flow_by_euler(grid_.cells_x, flow_rows(now, j), flow_rows(next, j), dt)
+                : medium_.law->flow_by_substeps(grid_.cells_x, flow_rows(now, j), flow_rows(next, j), dt, options, counts);
+        row_powers_[static_cast<std::size_t>(j)] = {dissipated, dt * transport};
         next.wrap_row(j);
     };
     sweep(transported, velocity, predictor == Predictor::incremental, next, kernel, -1.0 / dt, force);
+    next.energy = now.energy + sum_of_powers();
     Rk21Counts total;
     for (const Rk21Counts& counts : row_counts_)
         total.add(counts);
     return total;
 }
 
-void Space::plastic_rate(const CellState& cells, CellState& rate) const {
+void Space::plastic_rate(const CellState& cells, CellState& rate) {
     for_each_row({grid_.cells_y, grid_.cells_x}, [&](int j) {
         for (int k = 0; k < rate.count(); ++k)
             std::fill_n(rate.field(k).row(j), grid_.cells_x, 0.0);
-        (void)medium_.law->add_flow_rates(grid_.cells_x, flow_rows(cells, j), flow_rows(rate, j));
+        const FlowSums flow = medium_.law->add_flow_rates(grid_.cells_x, flow_rows(cells, j), flow_rows(rate, j));
+        row_powers_[static_cast<std::size_t>(j)] = {.dissipation = flow.dissipation};
         rate.wrap_row(j);
     });
     rate.wall = {};
+    rate.energy = sum_of_powers();
 }
 
 Rk21Counts Space::relax(CellState& sources, double duration, const Rk21Options& options, CellState& cells) {
@@ -73,20 +88,23 @@ Rk21Counts Space::relax(CellState& sources, double duration, const Rk21Options& 
             double* const p = sources.stress.p.row(j) + i;
             store(load(cells.stress.p.row(j) + i) + Pack(duration) * load(p), p);
         }
-        medium_.law->flow_by_substeps(grid_.cells_x, flow_rows(cells, j), flow_rows(sources, j), duration, options, counts);
+        row_powers_[static_cast<std::size_t>(j)] = {
+            .dissipation = medium_.law->flow_by_substeps(grid_.cells_x, flow_rows(cells, j), flow_rows(sources, j), duration,
+                                                         options, counts)};
         sources.wrap_row(j);
     });
     Rk21Counts total;
     for (const Rk21Counts& counts : row_counts_)
         total.add(counts);
     sources.wall = cells.wall + duration * sources.wall;
+    sources.energy = cells.energy + duration * sources.energy + sum_of_powers();
     std::swap(cells, sources);
     return total;
 }
 
 void Space::combine(std::span<const Term> terms, CellState& out) const {
     for_each_row({grid_.cells_y, grid_.cells_x}, [&](int j) { combine_row(terms, 0, j, out); });
-    out.wall = sum_walls(terms);
+    combine_numbers(terms, out);
 }
 
 CombinationNorm Space::norm(std::span<const Term> terms) {
@@ -197,7 +215,7 @@ struct Extremes {
 };
 
 struct RowSums {
-    double tau = 0.0, yy = 0.0, magnitude = 0.0, largest = 0.0;
+    double tau = 0.0, yy = 0.0, magnitude = 0.0, largest = 0.0, energy = 0.0;
     std::array<Extremes, most_variables> internal;
     long long plastic = 0;
 };
@@ -208,17 +226,19 @@ RowSums observe_row(const Grid& grid, const Law& law, const CellState& cells, in
     const double *p = cells.stress.p.row(j), *s = cells.stress.s.row(j), *tau = cells.stress.tau.row(j);
     const double* q = cells.stress.q.row(j);
     const Pack columns(static_cast<double>(grid.cells_x));
+    const Pack by_bulk_modulus(0.5 / law->elasticity().bulk_modulus), by_shear_modulus(0.5 / law->elasticity().shear_modulus);
     RowSums sums;
-    Pack tau_sum(0.0), yy_sum(0.0), magnitude_sum(0.0), largest(0.0);
+    Pack tau_sum(0.0), yy_sum(0.0), magnitude_sum(0.0), largest(0.0), energy_sum(0.0);
     std::array<double, chunk> yield;
     for (int i = 0; i < grid.cells_x; i += pack_size) {
         if (i % chunk == 0)
             law->yield_stress(std::min(chunk, grid.cells_x - i), flow_rows(cells, j, i) + 3, yield.data());
         const Pack::Mask real = Pack::counting_from(i) < columns; // lanes beyond the last column hold copies
-        const Pack si = load(s + i), ti = load(tau + i), qi = load(q + i);
-        const Pack sbar = square_root(si * si + ti * ti + Pack(3.0) * (qi * qi));
+        const Pack pi = load(p + i), si = load(s + i), ti = load(tau + i), qi = load(q + i);
+        const Pack square = si * si + ti * ti + Pack(3.0) * (qi * qi), sbar = square_root(square);
+        energy_sum = energy_sum + select(real, by_bulk_modulus * (pi * pi) + by_shear_modulus * square, Pack(0.0));
         tau_sum = tau_sum + select(real, ti, Pack(0.0));
-        yy_sum = yy_sum - select(real, load(p + i) + si + qi, Pack(0.0));
+        yy_sum = yy_sum - select(real, pi + si + qi, Pack(0.0));
         magnitude_sum = magnitude_sum + select(real, sbar, Pack(0.0));
         largest = maximum(largest, sbar);
         sums.plastic += count_of(real && sbar >= load(yield.data() + i % chunk));
@@ -236,6 +256,7 @@ RowSums observe_row(const Grid& grid, const Law& law, const CellState& cells, in
     sums.yy = sum_of(yy_sum);
     sums.magnitude = sum_of(magnitude_sum);
     sums.largest = largest_of(largest);
+    sums.energy = sum_of(energy_sum);
     return sums;
 }
 
@@ -253,6 +274,7 @@ Observables Space::observe(const CellState& cells) const {
         total.tau += row.tau;
         total.yy += row.yy;
         total.magnitude += row.magnitude;
+        total.energy += row.energy;
         total.largest = std::max(total.largest, row.largest);
         for (std::size_t k = 0; k < cells.internal.size(); ++k)
             total.internal[k] = {std::min(total.internal[k].smallest, row.internal[k].smallest),
@@ -264,7 +286,8 @@ Observables Space::observe(const CellState& cells) const {
                      .normal_traction = total.yy / cells_total,
                      .mean_magnitude = total.magnitude / cells_total,
                      .largest_magnitude = total.largest,
-                     .plastic_fraction = static_cast<double>(total.plastic) / cells_total};
+                     .plastic_fraction = static_cast<double>(total.plastic) / cells_total,
+                     .elastic_energy = grid.cell_area() * total.energy};
     for (std::size_t k = 0; k < cells.internal.size(); ++k) {
         seen.smallest_internal.push_back(total.internal[k].smallest);
         seen.largest_internal.push_back(total.internal[k].largest);

@@ -51,6 +51,7 @@ struct Observables {
     double largest_magnitude = 0.0; ///< max of sbar
     std::vector<double> smallest_internal = {}, largest_internal = {}; ///< of each internal variable
     double plastic_fraction = 0.0;                                     ///< share of cells at or above yield
+    double elastic_energy = 0.0; ///< of the whole domain: sum of (p^2/K + (s^2 + tau^2 + 3 q^2)/mu)/2 dA
 };
 
 /// Mean of tau and of sigma_yy over all cells: the traction on the walls, in equilibrium.
@@ -97,6 +98,9 @@ public:
     /// stress += dt C : (D(phi) + D_w), D_w the gradient of walls that move; returns Q* of the first part, which vanishes on the
     /// walls: Q*^2 = 1/|Omega| integral of (sbar^2/mu^2 + p^2/(K mu)) dA.
     virtual double correct(const VectorField& phi, const Velocity& wall, double dt, StressField& stress) = 0;
+    /// Of both walls, the upper one moving so, on what is between them: sum sigma : D(v) dA for every v with these walls, if
+    /// B^T sigma = 0 inside.
+    [[nodiscard]] virtual double wall_power(const StressField& stress, const Velocity& upper) const = 0;
     /// velocity(y) += change * 2 y/height: two walls whose velocities change by `change` (upper) and -`change` (lower).
     virtual void add_affine(const Velocity& change, VectorField& velocity) const = 0;
     /// The same, and compares with `guess`.
@@ -112,8 +116,9 @@ public:
 
     // what happens point by point
 
-    /// f of the method of lines in `rate`, f = spin - advection - C : D^pl, dchi/dt, and in `force` -B^T f. Ghost rows of `cells`
-    /// must be up to date if transported. Returns the largest relaxation rate 2 mu dD^pl/dsbar.
+    /// f of the method of lines in `rate`, f = spin - advection - C : D^pl, dchi/dt, with all powers but that of the walls, and
+    /// in `force` -B^T f. Ghost rows of `cells` must be up to date if transported. Returns the largest relaxation rate 2 mu
+    /// dD^pl/dsbar.
     double rates(const CellState& cells, const VectorField& velocity, CellState& rate, VectorField& force);
 
     /// The predictor of one global step: from the state at t_n computes, for every cell,
@@ -126,12 +131,14 @@ public:
     ///
     /// Spin and advection are those of the cells `transported`: `now` itself for terms frozen at t_n, or fields extrapolated to
     /// the middle of the step, together with such a velocity. Not changed but for its ghost rows.
-    /// `next` gets sigma* and chi*. Returns the substeps of plastic cells; a cell that stays elastic takes none.
+    /// `next` gets sigma* and chi*, and what has passed but for the work of the walls: dissipation with the stress in the middle
+    /// between sigma_n and sigma*, transport with that of the cells `transported`. Returns the substeps of plastic cells; a cell
+    /// that stays elastic takes none.
     Rk21Counts predict(Predictor predictor, const CellState& now, CellState& transported, const VectorField& velocity, double dt,
                        const Rk21Options& options, CellState& next, VectorField& force);
 
-    /// rate = (-C : D^pl, dchi/dt), Eqs. (20), (21); nothing else.
-    void plastic_rate(const CellState& cells, CellState& rate) const;
+    /// rate = (-C : D^pl, dchi/dt), Eqs. (20), (21), and its dissipation; nothing else.
+    void plastic_rate(const CellState& cells, CellState& rate);
     /// Takes `cells` over `duration` by (sources + plastic rate) with constant sources, every cell that flows in its own RK2(1)
     /// substeps. The memory of `sources` is used up.
     Rk21Counts relax(CellState& sources, double duration, const Rk21Options& options, CellState& cells);
@@ -152,10 +159,10 @@ public:
     void unpack(std::span<const double> values, CellState& cells) const;
 
 protected:
-    /// What becomes of row j of the sources.
-    using RowKernel = FunctionRef<void(int j)>;
+    /// What becomes of row j of the sources, where advection does the work `transport` a unit of time and of cell area.
+    using RowKernel = FunctionRef<void(int j, double transport)>;
     /// In one pass: row after row of `sources` receives [elastic: C : D(v)] + [transported: spin - advection by v] of `cells`,
-    /// `kernel(j)` makes of it what it wants, and `force` factor * B^T of the stress that comes out.
+    /// `kernel` makes of it what it wants, and `force` factor * B^T of the stress that comes out.
     virtual void sweep(const CellState& cells, const VectorField& velocity, bool elastic, CellState& sources, RowKernel kernel,
                        double factor, VectorField& force) = 0;
     /// Room for a number of each row, so that sums do not depend on the number of threads.
@@ -165,7 +172,15 @@ private:
     Grid grid_;
     Medium medium_;
     std::vector<double> scale_; ///< of the fields in a packed state
+    /// A unit of cell area.
+    struct RowPowers {
+        double dissipation = 0.0, transport = 0.0;
+    };
+    /// Of all rows, one after the other, so that the sum does not depend on the number of threads.
+    [[nodiscard]] EnergyFlow sum_of_powers() const;
+
     std::vector<double> row_sums_;
+    std::vector<RowPowers> row_powers_;
     std::vector<Rk21Counts> row_counts_;
 };
 

@@ -15,10 +15,13 @@ namespace {
 /// Writes to row j of `sources` the elastic rate C : D(v) (if `elastic`) and spin minus advection by v (if `transported`), whole
 /// vectors, images not wrapped. The Jaumann spin, Eq. (5), with (grad v)_ij = dv_i/dx_j reads
 /// ds/dt += (du/dy - dv/dx) tau, dtau/dt -= (du/dy - dv/dx) s.
+/// Returns the row's sum of sigma : C^-1 : (advection).
 template <bool elastic, bool transported>
-void store_sources(const Grid& grid, const IsotropicElasticity& elasticity, const CellState& cells, const VectorField& velocity,
-                   int j, CellState& sources) {
+double store_sources(const Grid& grid, const IsotropicElasticity& elasticity, const CellState& cells, const VectorField& velocity,
+                     int j, CellState& sources) {
     const double half_inverse_dx = 0.5 / grid.dx(), half_inverse_dy = 0.5 / grid.dy();
+    const Pack by_bulk_modulus(1.0 / elasticity.bulk_modulus), by_shear_modulus(1.0 / elasticity.shear_modulus);
+    Pack power(0.0);
     for (int i = 0; i < grid.cells_x; i += pack_size) {
         StressComponents<Pack> rate{Pack(0.0), Pack(0.0), Pack(0.0), Pack(0.0)};
         if constexpr (elastic || transported) {
@@ -32,11 +35,19 @@ void store_sources(const Grid& grid, const IsotropicElasticity& elasticity, cons
                 const auto advection = [&](const Field& f) __attribute__((DUCTILE_ALWAYS_INLINE)) {
                     return advection_rate(f.row(j) + i, f.stride(), uc, vc, half_inverse_dx, half_inverse_dy);
                 };
-                const Pack s = load(cells.stress.s.row(j) + i), tau = load(cells.stress.tau.row(j) + i);
-                rate.p = rate.p + advection(cells.stress.p);
-                rate.s = rate.s + turn * tau + advection(cells.stress.s);
-                rate.tau = rate.tau + advection(cells.stress.tau) - turn * s;
-                rate.q = rate.q + advection(cells.stress.q);
+                const Pack p = load(cells.stress.p.row(j) + i), s = load(cells.stress.s.row(j) + i);
+                const Pack tau = load(cells.stress.tau.row(j) + i), q = load(cells.stress.q.row(j) + i);
+                const Pack p_rate = advection(cells.stress.p), s_rate = advection(cells.stress.s);
+                const Pack tau_rate = advection(cells.stress.tau), q_rate = advection(cells.stress.q);
+                rate.p = rate.p + p_rate;
+                rate.s = rate.s + turn * tau + s_rate;
+                rate.tau = rate.tau + tau_rate - turn * s;
+                rate.q = rate.q + q_rate;
+                Pack here =
+                    by_bulk_modulus * (p * p_rate) + by_shear_modulus * (s * s_rate + tau * tau_rate + Pack(3.0) * (q * q_rate));
+                if (i + pack_size > grid.cells_x) // lanes beyond the last column hold copies
+                    here = select(Pack::counting_from(i) < Pack(static_cast<double>(grid.cells_x)), here, Pack(0.0));
+                power = power + here;
                 for (std::size_t k = 0; k < cells.internal.size(); ++k)
                     store(advection(cells.internal[k]), sources.internal[k].row(j) + i);
             }
@@ -49,6 +60,7 @@ void store_sources(const Grid& grid, const IsotropicElasticity& elasticity, cons
             for (Field& internal : sources.internal)
                 store(Pack(0.0), internal.row(j) + i);
     }
+    return sum_of(power);
 }
 
 [[gnu::DUCTILE_ALWAYS_INLINE]] inline std::array<Pack, stress_fields>
@@ -103,6 +115,7 @@ public:
     void close(const VectorField& velocity, CellState& rate) const override;
     void combine(std::span<const Term> terms, const OpenRate& open, CellState& out) const override;
     using Space::combine;
+    [[nodiscard]] double wall_power(const StressField& stress, const Velocity& upper) const override;
     double correct(const VectorField& phi, const Velocity& wall, double dt, StressField& stress) override;
     void add_affine(const Velocity& change, VectorField& velocity) const override;
     VelocityChange add_affine_and_compare(const Velocity& wall, const VectorField& guess, VectorField& velocity) const override;
@@ -128,8 +141,7 @@ void StaggeredSpace::sweep(const CellState& cells, const VectorField& velocity, 
     const auto store_row = elastic ? (transported ? &store_sources<true, true> : &store_sources<true, false>)
                                    : (transported ? &store_sources<false, true> : &store_sources<false, false>);
     const auto visit = [&](int j, int&) {
-        store_row(grid(), medium().law->elasticity(), cells, velocity, j, sources);
-        kernel(j);
+        kernel(j, store_row(grid(), medium().law->elasticity(), cells, velocity, j, sources));
     };
     (void)sweep_rows(
         Rows{grid().cells_y, grid().cells_x}, 0, visit, [&](int j) { divergence_row(grid(), sources.stress, factor, j, force); },
@@ -176,6 +188,10 @@ void StaggeredSpace::close(const VectorField& velocity, CellState& rate) const {
 }
 
 void StaggeredSpace::combine(std::span<const Term> terms, const OpenRate& open, CellState& out) const {
+    std::array<Term, most_terms> array;
+    std::ranges::copy(terms, array.begin());
+    array[terms.size()] = {open.fields, open.factor}; // all but the stress is complete
+    const std::span<const Term> all = std::span(array).first(terms.size() + 1);
     for_each_row({grid().cells_y, grid().cells_x}, [&](int j) {
         const auto rows = stress_rows_of(terms, j);
         std::array<double*, stress_fields> rate, target;
@@ -193,12 +209,19 @@ void StaggeredSpace::combine(std::span<const Term> terms, const OpenRate& open, 
                 store(sum, target[k] + i);
             }
         }
-        std::array<Term, most_terms> all;
-        std::ranges::copy(terms, all.begin());
-        all[terms.size()] = {open.fields, open.factor}; // the rates of internal variables are complete
-        combine_row(std::span(all).first(terms.size() + 1), stress_fields, j, out);
+        combine_row(all, stress_fields, j, out);
     });
-    out.wall = sum_walls(terms) + open.factor * open.fields->wall;
+    combine_numbers(all, out);
+}
+
+double StaggeredSpace::wall_power(const StressField& stress, const Velocity& upper) const {
+    double force_x = 0.0, force_y = 0.0; // of both walls, on either side of a cell
+    for (const int j : {0, grid().cells_y - 1})
+        for (int i = 0; i < grid().cells_x; ++i) {
+            force_x += stress.tau(i, j);
+            force_y -= stress.p(i, j) + stress.s(i, j) + stress.q(i, j);
+        }
+    return grid().dx() * (force_x * upper.u + force_y * upper.v);
 }
 
 double StaggeredSpace::correct(const VectorField& phi, const Velocity& wall, double dt, StressField& stress) {

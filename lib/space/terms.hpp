@@ -37,11 +37,16 @@ inline std::array<std::array<const double*, most_terms>, stress_fields> stress_r
     return {rows_of(terms, 0, j), rows_of(terms, 1, j), rows_of(terms, 2, j), rows_of(terms, 3, j)};
 }
 
-[[nodiscard]] inline Velocity sum_walls(std::span<const Term> terms) {
-    Velocity sum;
-    for (const Term& term : terms)
-        sum = sum + term.factor * term.vector->wall;
-    return sum;
+/// What a state has beside its fields.
+inline void combine_numbers(std::span<const Term> terms, CellState& out) {
+    Velocity wall;
+    EnergyFlow energy;
+    for (const Term& term : terms) {
+        wall = wall + term.factor * term.vector->wall;
+        energy = energy + term.factor * term.vector->energy;
+    }
+    out.wall = wall;
+    out.energy = energy;
 }
 
 /// Row j of `out` from the field number `first` on.
