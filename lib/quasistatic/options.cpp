@@ -271,8 +271,8 @@ StepControl make_step_control(const Options& o, const Scene& scene) {
     if (scheme_named(o.scheme).kind ==
         SchemeKind::sundials) // one attempt from one target to the next: it has its own error control
         return {scene.grid, FixedSteps{std::numeric_limits<double>::infinity()}};
-    if (scheme_named(o.scheme).kind == SchemeKind::index_reduced)
-        return {scene.grid, ErrorSteps{.tolerance = tolerance(o), .order = scheme_named(o.scheme).estimate_order}};
+    if (const Scheme& scheme = scheme_named(o.scheme); scheme.kind == SchemeKind::index_reduced)
+        return {scene.grid, ErrorSteps{.tolerance = step_tolerance(scheme, tolerance(o)), .order = scheme.estimate_order}};
     ProjectionSteps steps = o.projection_steps;
     steps.tolerance = tolerance(o);
     if (o.step_reject > 0.0)

@@ -7,6 +7,7 @@
 #include <ductile/time/switching.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <fmt/format.h>
 
 namespace ductile::quasistatic {
@@ -75,7 +76,7 @@ std::vector<Scheme> make_schemes() {
             {std::string(t.name), "index-reduced " + std::string(t.meaning), index_reduced,
              22.0 + 5.0 * static_cast<double>(t.stages()), t.estimate_order},
             [&t](RateSystem& system, const SchemeOptions&) { return std::make_unique<time::RungeKutta<CellState>>(system, t); }));
-    all.push_back(by_rates({"chebyshev", "index-reduced Runge-Kutta-Chebyshev (order 2)", index_reduced, 37.0, 3},
+    all.push_back(by_rates({"chebyshev", "index-reduced Runge-Kutta-Chebyshev (order 2)", index_reduced, 37.0, 3, any, 2},
                            [](RateSystem& system, const SchemeOptions&) { return chebyshev(system); }));
     all.push_back(by_arkode("arkode-2", "Ralston's pair (order 2)", 80.0, {.table = sundials::paper_rk21()}));
     all.push_back(by_arkode("arkode-3", "Bogacki-Shampine (order 3)", 80.0, {.method = ErkMethod::bogacki_shampine}));
@@ -102,6 +103,13 @@ std::vector<Scheme> make_schemes() {
 std::span<const Scheme> schemes() {
     static const std::vector<Scheme> all = make_schemes();
     return all;
+}
+
+double step_tolerance(const Scheme& scheme, double tolerance) {
+    constexpr double loose = 1e-3;
+    if (scheme.order == 0 || tolerance >= loose)
+        return tolerance;
+    return loose * std::pow(tolerance / loose, static_cast<double>(scheme.estimate_order) / scheme.order);
 }
 
 const Scheme& scheme_named(std::string_view name) {

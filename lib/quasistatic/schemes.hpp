@@ -33,11 +33,16 @@ struct Scheme {
     double fields = 0.0;    ///< numbers a cell that it keeps, about; see TimeStepper::memory_bytes
     int estimate_order = 0; ///< the power of dt that the estimate of the error falls with; 0 where there is none
     enum class Steps { any, fixed, adaptive } steps = Steps::any; ///< which it can take
+    int order = 0; ///< of the method, where the estimate falls with a higher power of dt than the error of a run; otherwise 0
     std::function<std::unique_ptr<TimeStepper>(const Scene&, std::unique_ptr<Space>, const SchemeOptions&)> make = {};
 };
 
 /// All there are, the standard one first. Every table of time::butcher_tables() is one.
 [[nodiscard]] std::span<const Scheme> schemes();
+/// What the error of a step may be so that that of a run is proportional to `tolerance`. Where a method of order p has an
+/// estimate that falls with dt^q, q > p, the error of a run falls with the power p/q of what a step may be off by only: below
+/// 1e-3 steps get 1e-3 (tolerance/1e-3)^(q/p).
+[[nodiscard]] double step_tolerance(const Scheme& scheme, double tolerance);
 /// Throws InputError for a name that none has.
 [[nodiscard]] const Scheme& scheme_named(std::string_view name);
 
