@@ -226,6 +226,50 @@ TEST_SUITE("index_reduced") {
         }
     }
 
+    TEST_CASE_FIXTURE(fields::OneThread,
+                      "what lies within a step is in equilibrium, has its own velocity, and is as good as its end") {
+        for (const Model model : {Model::reduced, Model::full}) {
+            Scene scene = fields::scene_on({8, 7}, model, {U, 0.0});
+            scene.walls = {
+                {WallControl::By::velocity, History<double>(std::vector<History<double>::Knot>{{0.0, U}, {4e4, 3.0 * U}})}, {}};
+            const State start = flowing(scene);
+            const double dt = 4e3, time = 0.4 * dt;
+            const PassOptions passes{.largest = 10, .tolerance = 1e-12};
+            const State within = run("dormand-prince", scene, start, time, 40, passes);
+            const State end = run("dormand-prince", scene, start, dt, 100, passes);
+            for (const std::string scheme : fused_schemes) {
+                CAPTURE(scheme);
+                CAPTURE(static_cast<int>(model));
+                const auto stepper = make_stepper(scheme, scene, fields::space_for(scene), {.passes = passes});
+                State state = start, at{.cells = stepper->space().make_cells(), .velocity = stepper->space().make_velocity()};
+                REQUIRE(stepper->interpolates());
+                double estimate = 0.0;
+                REQUIRE(stepper
+                            ->attempt(state, dt, dt,
+                                      [&](const StepAttempt& made) {
+                                          estimate = made.error;
+                                          stepper->interpolate(state, time, at);
+                                          return true;
+                                      })
+                            .accepted);
+                CHECK(at.time == time);
+                VectorField force = stepper->space().make_velocity();
+                CHECK(stepper->space().equilibrium_residual(at.cells.stress, force) < 1e-13);
+                const Distance here = distance(at, within), there = distance(state, end);
+                CHECK(there.stress > 1e-12);
+                const double allowed = scheme == "dormand-prince" ? 1e-7 : 0.1 * estimate; // whose end has one order more
+                CHECK(here.stress < 2.0 * there.stress + allowed);
+                CHECK(here.internal < 2.0 * there.internal + allowed);
+                CHECK(here.velocity < 2.0 * there.velocity + allowed);
+                CHECK(at.velocity.u(0, scene.grid.cells_y) == doctest::Approx(1.08 * U).epsilon(1e-12));
+                CHECK(std::abs(at.cells.energy.work - within.cells.energy.work) <
+                      2.0 * std::abs(state.cells.energy.work - end.cells.energy.work) + allowed);
+            }
+            CHECK(!make_stepper("incremental", scene, fields::space_for(scene), {})->interpolates());
+            CHECK(!make_stepper("arkode-3", scene, fields::space_for(scene), {})->interpolates());
+        }
+    }
+
     TEST_CASE_FIXTURE(fields::OneThread, "the memory of another scheme is nothing to a stepper") {
         const Scene scene = fields::scene_on({8, 6, 2.0, 2.0}, Model::full, {U, 0.0});
         auto earlier = stepper_for("extrapolated", scene, flowing(scene));

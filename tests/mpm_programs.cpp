@@ -258,19 +258,31 @@ TEST_CASE("every method ends its steps at output times, exactly") {
 
 TEST_CASE("the programs' own runs are not doubted; what is doubtful is said with its figure") {
     const scratch::Folder folder;
+    // what implicit steps damp away is what these programs show
+    std::string damped;
     const auto warnings = [&](const std::string& program, const Arguments& how) {
         run_well(program, how + Arguments{"--output", folder / "run"});
         std::string all;
+        damped.clear();
         const nlohmann::json s = summary(folder / "run");
-        for (const auto& warning : s["warnings"])
-            all += warning.get<std::string>() + "\n";
+        for (const auto& warning : s["warnings"]) {
+            const auto text = warning.get<std::string>();
+            (contains(text, "the steps have damped") ? damped : all) += text + "\n";
+        }
         fs::remove_all(folder / "run");
         return all;
     };
-    for (const char* program : {"elastic_bar", "plastic_bar", "colliding_disks", "upsetting", "vibrating_bar"}) {
+    for (const auto& [program, damps] : {std::pair{"elastic_bar", true},
+                                         {"plastic_bar", false},
+                                         {"colliding_disks", true},
+                                         {"upsetting", true},
+                                         {"vibrating_bar", false}}) {
         CAPTURE(program);
         CHECK(warnings(program, {}) == "");
+        CHECK(damped.empty() == !damps);
     }
+    CHECK(warnings("colliding_disks", {"--method", "midpoint", "--dt", "0.05"}) == "");
+    CHECK(damped.empty());
     CHECK(warnings("elastic_bar", {"--method", "explicit"}) == "");
     const std::string soft = warnings("upsetting", {"--young-modulus", "200", "--method", "quasi-static", "--duration", "1e-3"});
     CHECK(contains(soft, "the material has Young's modulus 200 Pa at a density of 7800 kg/m^3"));

@@ -69,6 +69,23 @@ Block resting(ShapeFunction shape, Geometry geometry) {
     return b;
 }
 
+/// A block that is strained and held by two sides and two rigid bodies that move, and pulled by a force of place and time.
+Block held(ShapeFunction shape, Geometry geometry, const std::string& law) {
+    Block b = strained_block(shape, geometry, law);
+    b.scene.grid.sides.left = SideCondition::fixed;
+    b.scene.body_force = [](std::int64_t, double x, double y, double time) {
+        return std::array{3.0 + x - time, -10.0 + y + 5.0 * time};
+    };
+    for (double& x : b.state.particles.x)
+        x = std::max(x - 0.18, 1e-3); // onto the fixed side
+    b.state.rigid_bodies.push_back(make_rigid_body("plate", rectangle(0.2, 0.4, 0.8, 0.5), 2, b.scene.grid));
+    b.state.rigid_bodies.push_back(make_rigid_body("wedge", rectangle(0.4, 0.1, 0.5, 0.2), 2, b.scene.grid));
+    b.state.rigid_bodies[0].velocity = Velocity{0.0, -0.1};
+    b.state.rigid_bodies[0].holds_x = false;
+    b.state.rigid_bodies[1].velocity = Velocity{-0.2, 0.0};
+    return b;
+}
+
 } // namespace
 
 TEST_SUITE_BEGIN("mpm_reactions");
@@ -106,18 +123,7 @@ TEST_CASE("the momentum of all particles changes by body force and reactions, wh
                 CAPTURE(static_cast<int>(shape));
                 CAPTURE(static_cast<int>(geometry));
                 CAPTURE(way.name);
-                Block b = strained_block(shape, geometry, "von Mises");
-                b.scene.grid.sides.left = SideCondition::fixed;
-                b.scene.body_force = [](std::int64_t, double x, double y, double time) {
-                    return std::array{3.0 + x - time, -10.0 + y + 5.0 * time};
-                };
-                for (double& x : b.state.particles.x)
-                    x = std::max(x - 0.18, 1e-3); // onto the fixed side
-                b.state.rigid_bodies.push_back(make_rigid_body("plate", rectangle(0.2, 0.4, 0.8, 0.5), 2, b.scene.grid));
-                b.state.rigid_bodies.push_back(make_rigid_body("wedge", rectangle(0.4, 0.1, 0.5, 0.2), 2, b.scene.grid));
-                b.state.rigid_bodies[0].velocity = Velocity{0.0, -0.1};
-                b.state.rigid_bodies[0].holds_x = false;
-                b.state.rigid_bodies[1].velocity = Velocity{-0.2, 0.0};
+                Block b = held(shape, geometry, "von Mises");
                 const auto stepper = way.make(b.scene);
                 for (const double dt : {1e-4, 2e-4, 1e-4}) {
                     const std::array<double, 2> before = momentum(b.state.particles);
@@ -154,6 +160,79 @@ TEST_CASE("the momentum of all particles changes by body force and reactions, wh
                             CHECK(std::abs(impulse[c]) <= way.tolerance * largest); // nothing accelerates
                 }
             }
+}
+
+TEST_CASE("kinetic and internal energy change by the work done, less what the method is known to take, to round-off") {
+    for (const ShapeFunction shape : all_shapes)
+        for (const Geometry geometry : all_geometries)
+            for (const char* law : {"elastic", "von Mises", "Perzyna", "Drucker-Prager"})
+                for (const Way& way : all_ways()) {
+                    CAPTURE(static_cast<int>(shape));
+                    CAPTURE(static_cast<int>(geometry));
+                    CAPTURE(law);
+                    CAPTURE(way.name);
+                    Block b = held(shape, geometry, law);
+                    const auto stepper = way.make(b.scene);
+                    double passed = 0.0, size = 0.0, lost = 0.0;
+                    const auto energy = [&] {
+                        const Energies e = energies_of(b.scene, b.state.particles);
+                        return (way.inertia ? e.kinetic : 0.0) + e.internal;
+                    };
+                    const double start = energy();
+                    for (const double dt : {1e-3, 2e-3, 1e-3}) {
+                        const StepOutcome step = stepper->attempt(b.state, dt, b.state.time + dt);
+                        REQUIRE(step.accepted);
+                        passed += step.energies.body_work - step.energies.of_method;
+                        size += std::abs(step.energies.body_work);
+                        lost = std::max(lost, std::abs(step.energies.of_method));
+                        for (const std::int32_t body : {0, 1}) {
+                            const auto force = contact_force(stepper->discretisation().nodes(), stepper->force(), body);
+                            const Velocity v = b.state.rigid_bodies[static_cast<std::size_t>(body)].velocity.after(0.0);
+                            const double work = -dt * (force[0] * v.u + force[1] * v.v);
+                            passed += work;
+                            size += std::abs(work);
+                        }
+                    }
+                    size = std::max(size, std::abs(energy() - start));
+                    CHECK(size > 1e-4);
+                    CHECK(lost > 1e-9);
+                    CHECK(std::abs(energy() - start - passed) <= way.tolerance * size);
+                }
+}
+
+TEST_CASE("what plastic flow dissipates is the internal energy that is not elastic, while strains are small") {
+    for (const Geometry geometry : all_geometries)
+        for (const char* law : {"elastic", "von Mises", "Perzyna"}) {
+            CAPTURE(static_cast<int>(geometry));
+            CAPTURE(law);
+            Block b = strained_block(ShapeFunction::linear, geometry, law);
+            const auto stepper = make_implicit_stepper(b.scene, tight({}));
+            const Energies start = energies_of(b.scene, b.state.particles);
+            double dissipated = 0.0;
+            for (int n = 0; n < 10; ++n) {
+                const StepOutcome step = stepper->attempt(b.state, 2e-3, b.state.time + 2e-3);
+                REQUIRE(step.accepted);
+                dissipated += step.energies.dissipated;
+            }
+            const Energies end = energies_of(b.scene, b.state.particles);
+            const double stored = end.strain - start.strain, worked = end.internal - start.internal;
+            CHECK((dissipated > 0.1 * std::abs(worked)) == (std::string_view(law) != "elastic"));
+            CHECK(std::abs(worked - stored - dissipated) < 0.02 * (std::abs(worked) + std::abs(stored)));
+        }
+}
+
+TEST_CASE("a rigid body holds the nodes of its cells and no others, however many points it has") {
+    for (const ShapeFunction shape : all_shapes)
+        for (const int points : {1, 2, 3, 4, 6}) {
+            CAPTURE(static_cast<int>(shape));
+            CAPTURE(points);
+            Block b = block(shape);
+            b.state.rigid_bodies.push_back(make_rigid_body("plate", rectangle(0.3, 0.3, 0.5, 0.4), points, b.scene.grid));
+            const auto discretisation = make_discretisation(b.scene);
+            discretisation->prepare(b.state.particles, b.state.rigid_bodies);
+            // 3 x 2 nodes at corners of cells; B-splines see one more beyond each edge
+            CHECK(discretisation->nodes().holds.size() == 2 * (shape == ShapeFunction::bspline ? 4 * 3 : 3 * 2));
+        }
 }
 
 TEST_CASE("rigid bodies that share nodes each get what they prescribe, in any order") {

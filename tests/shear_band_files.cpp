@@ -213,8 +213,10 @@ TEST_CASE("every column and every field is what the stress components say, for b
     const scratch::Folder folder;
     // shear, then shear with the walls closing in, which strains in volume: p and q are as large as tau
     const Loading load{5e-4, 0.0, 0.5, 3e-4, -5e-4};
-    const Arguments arguments{"--wall-history", "0:5e-4:0,0.5:5e-4:0,0.5:3e-4:-5e-4", "--duration", "1", "--snapshots",
-                              "0,0.45,0.95"};
+    // steps end at knots, and hence at the snapshots
+    const Arguments arguments{"--wall-history", "0:5e-4:0,0.45:5e-4:0,0.5:5e-4:0,0.5:3e-4:-5e-4,0.95:3e-4:-5e-4",
+                              "--duration",     "1",
+                              "--snapshots",    "0,0.45,0.95"};
     const Arguments steps{"--scheme", "bogacki-shampine", "--tolerance", "1e-3"};
     run_well(folder / "stz", arguments + steps);
     check_files(folder / "stz", load, "effective_temperature", "_K");
@@ -297,6 +299,33 @@ TEST_CASE("times asked for are the times in the files, to the last bit, whatever
     REQUIRE(all.size() == times.size());
     for (std::size_t k = 0; k < times.size(); ++k)
         CHECK(all[k].time == times[k]);
+}
+
+TEST_CASE("snapshots change no step, and show what a run that ends there would") {
+    const scratch::Folder folder;
+    for (const std::string scheme : {"auto", "dormand-prince", "chebyshev"}) {
+        CAPTURE(scheme);
+        const Arguments steps{"--scheme", scheme, "--initial", "uniform", "--wall-history", "0:5e-4,0.61:5e-4,0.61:2e-4"};
+        run_well(folder / "without", steps + Arguments{"--duration", "0.8", "--snapshots", "0.8"});
+        run_well(folder / "with", steps + Arguments{"--duration", "0.8", "--snapshots", "0", "--snapshots-every", "0.01"});
+        CHECK(scratch::read(folder / "with" / "history.csv") == scratch::read(folder / "without" / "history.csv"));
+        const auto all = snapshots_in(folder / "with");
+        REQUIRE(all.size() == 81);
+        CHECK(all.back().fields == snapshots_in(folder / "without").back().fields);
+        CHECK(summary_in(folder / "with")["steps"] < 70);
+        for (const std::size_t k : {30, 55, 61, 70}) {
+            CAPTURE(k);
+            CHECK(all[k].time == doctest::Approx(0.01 * static_cast<double>(k)).epsilon(1e-14));
+            if (k != 61)
+                CHECK(all[k].step < summary_in(folder / "with")["steps"]);
+            run_well(folder / "there", steps + Arguments{"--duration", fmt::format("{}", all[k].time), "--tolerance", "1e-8"});
+            const auto row = history_in(folder / "there");
+            CHECK(mean(all[k].fields.at("tau")) == doctest::Approx(row.at("wall_shear_traction_Pa").back()).epsilon(2e-4));
+            CHECK(mean(all[k].fields.at("effective_temperature")) ==
+                  doctest::Approx(row.at("largest_effective_temperature_K").back()).epsilon(2e-5));
+            CHECK(residual_of(all[k], width / cells_x, height / cells_y) < 1e-12);
+        }
+    }
 }
 
 TEST_CASE("numbers that no solid has, and loads that inertia would bear, are warnings; what has no meaning is refused") {

@@ -112,6 +112,34 @@ const Point& exact() {
     return end_of_it;
 }
 
+/// Where the solution is at a time, tightly.
+Point exact_at(double time) {
+    const auto f = [](double t, std::span<const double> y, std::span<double> rate) {
+        std::ranges::copy(Pendulum::rate(t, {y[0], y[1]}), rate.begin());
+    };
+    Point y = start;
+    sundials::ErkIntegrator(f, 2, {.relative_tolerance = 1e-13, .absolute_tolerance = 1e-14}).integrate(y, begin, time);
+    return y;
+}
+
+/// Errors of the first step of length dt: within it, at 0.3 of the way, and at its end.
+std::array<double, 2> errors_of_step(time::Method<Point>& method, time::System<Point>& system, double dt) {
+    Point y = start, rate{}, next{}, next_rate{}, within{};
+    std::vector<double> memory(method.memory().size(), 0.0);
+    system.begin_step(begin, dt, begin + dt);
+    system.close(system.evaluate(y, 0.0, rate));
+    const time::Step<Point> step{
+        .start = y, .start_rate = rate, .next = next, .next_rate = next_rate, .dt = dt, .relaxation = 0.5, .memory = memory};
+    (void)method.advance(step);
+    method.interpolate(step, 0.3, within);
+    const std::array errors{distance(within, exact_at(begin + 0.3 * dt)), distance(next, exact_at(begin + dt))};
+    method.interpolate(step, 0.0, within);
+    CHECK(within == y);
+    method.interpolate(step, 1.0, within);
+    CHECK(within == next);
+    return errors;
+}
+
 /// A method by the name that users give it.
 std::unique_ptr<time::Method<Point>> method_of(const std::string& name, time::System<Point>& system) {
     if (name == "chebyshev")
@@ -122,6 +150,22 @@ std::unique_ptr<time::Method<Point>> method_of(const std::string& name, time::Sy
 } // namespace
 
 TEST_SUITE("time_integrators") {
+    TEST_CASE("what a method says of times within a step has the order of its end, four at least and five at most") {
+        for (const std::string name : {"chebyshev", "ralston", "bogacki-shampine", "dormand-prince"}) {
+            CAPTURE(name);
+            Pendulum pendulum;
+            const auto method = method_of(name, pendulum);
+            REQUIRE(method->interpolates());
+            const double dt = name == "dormand-prince" ? 0.2 : 0.05;
+            const auto [within, at_end] = errors_of_step(*method, pendulum, dt);
+            const auto [half_within, half_at_end] = errors_of_step(*method, pendulum, 0.5 * dt);
+            const int order = name == "dormand-prince" ? 5 : name == "bogacki-shampine" ? 4 : 3; // of one step
+            CHECK(std::log2(within / half_within) > order - 0.3);
+            CHECK(within < (name == "dormand-prince" ? 20.0 : 1.5) * at_end); // whose end has one order more
+            CHECK(half_at_end < at_end);
+        }
+    }
+
     TEST_CASE("every explicit method converges with its order, and its estimate falls with the order it claims") {
         struct Claim {
             std::string name;

@@ -5,7 +5,7 @@
 
 namespace ductile::io {
 
-/// The times of a run [s] at which a step ends and something is written: those of its snapshots, and its end. Times that differ
+/// The times of a run [s] at which something is written: those of its snapshots, and its end. Times that differ
 /// by less than 1e-12 of the end are one, and the end goes before a snapshot.
 class OutputTimes {
 public:

@@ -22,6 +22,8 @@ IsotropicElasticity elasticity_from_young(double young, double poisson) {
     return {.bulk_modulus = young / (3.0 * (1.0 - 2.0 * poisson)), .shear_modulus = young / (2.0 * (1.0 + poisson))};
 }
 
+double poisson_ratio(const IsotropicElasticity& e) { return 0.5 * e.beta() / (e.beta() + e.shear_modulus); }
+
 double young_modulus(const IsotropicElasticity& e) {
     return 9.0 * e.bulk_modulus * e.shear_modulus / (3.0 * e.bulk_modulus + e.shear_modulus);
 }

@@ -21,6 +21,7 @@ void check(const IsotropicElasticity& elasticity);
 [[nodiscard]] IsotropicElasticity elasticity_from_young(double young_modulus, double poisson_ratio);
 /// E = 9 K mu/(3 K + mu)
 [[nodiscard]] double young_modulus(const IsotropicElasticity& elasticity);
+[[nodiscard]] double poisson_ratio(const IsotropicElasticity& elasticity);
 
 /// sigma = lambda tr(eps) I + 2 mu eps
 [[nodiscard]] inline SymmetricTensor elastic_stress(const IsotropicElasticity& e, const SymmetricTensor& strain) {

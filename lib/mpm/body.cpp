@@ -149,7 +149,7 @@ void add_body(Particles& particles, const Body& body, const Scene& scene) {
 
 RigidBody make_rigid_body(const std::string& name, const Shape& shape, int particles_per_side, const Grid& grid) {
     check(grid, Geometry::plane_strain);
-    RigidBody body{.name = name};
+    RigidBody body{.name = name, .half_width = 0.5 / particles_per_side};
     for_each_trial_point(grid, particles_per_side, shape, [&](double x, double y) {
         body.x.push_back(x);
         body.y.push_back(y);

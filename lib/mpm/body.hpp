@@ -41,6 +41,7 @@ struct RigidBody {
     History<Velocity> velocity = {};     ///< [m/s]
     bool holds_x = true, holds_y = true; ///< which components of the nodes' velocity it prescribes; both: no slip
     std::vector<double> x = {}, y = {};  ///< its points
+    double half_width = 0.25;            ///< of the box of a point for GIMP, in cells: half the distance of its points
 };
 
 /// The points of a rigid body, from trial points as in add_body. They may lie outside the grid, as far beyond a side as the grid

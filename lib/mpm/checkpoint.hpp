@@ -7,7 +7,7 @@
 namespace ductile::mpm {
 
 /// The number of these programs' checkpoint format, raised when its content changes.
-inline constexpr int checkpoint_format = 7;
+inline constexpr int checkpoint_format = 8;
 
 /// The state a checkpoint holds; `start` is the program's own initial state. Throws InputError unless its particles are as many.
 [[nodiscard]] State read_state(const io::CheckpointReader& checkpoint, const State& start);

@@ -7,6 +7,17 @@
 
 namespace ductile::mpm {
 
+Momenta momenta_of(const Particles& particles) {
+    Momenta sum;
+    for (std::size_t p = 0; p < particles.size(); ++p) {
+        const double x = particles.mass[p] * particles.velocity_x[p], y = particles.mass[p] * particles.velocity_y[p];
+        sum.x += x;
+        sum.y += y;
+        sum.angular += particles.x[p] * y - particles.y[p] * x;
+    }
+    return sum;
+}
+
 Energies energies_of(const Scene& scene, const Particles& particles) {
     Energies sum;
     for (std::size_t p = 0; p < particles.size(); ++p) {

@@ -11,6 +11,13 @@ struct Energies {
     double internal = 0.0; ///< sum of m e with (2.2.16): elastic and plastic work
 };
 
+/// Of all particles, a metre of thickness or a radian.
+struct Momenta {
+    double x = 0.0, y = 0.0; ///< [N s]
+    double angular = 0.0;    ///< about the origin [N m s]
+};
+
+[[nodiscard]] Momenta momenta_of(const Particles& particles);
 [[nodiscard]] Energies energies_of(const Scene& scene, const Particles& particles);
 
 /// How the cells that hold particles hang together, each body by itself: a body that has come apart, or has got holes, because

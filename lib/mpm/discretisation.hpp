@@ -18,6 +18,22 @@ struct NodalMotion {
     std::span<const double> increment; ///< change of the nodes' velocity over the step, added to the particles' [m/s]
     bool replace_velocity = false;     ///< particles take the nodes' `motion` instead of the increment (no inertia)
     double dt = 0.0;
+    double weight_at_end = 0.0; ///< mu, of the force at the end of the step in the one that acts
+};
+
+/// Energies of a step, summed over the particles [J, a metre of thickness or a radian].
+struct ParticleEnergies {
+    double of_increments = 0.0; ///< sum of m |dv|^2/2, dv the change of a particle's velocity
+    /// sum of V (sigma_f - (sigma' + sigma^L)/2) : (strain increment): what the stress sigma_f = (1 - mu) sigma^k + mu sigma^L
+    /// that the nodes feel does beyond what (2.2.16) counts, sigma' the turned stress of the beginning
+    double of_lag = 0.0;
+    double dissipated = 0.0; ///< sum of V (sigma' + sigma^L)/2 : (plastic strain increment)
+
+    void add(const ParticleEnergies& other) {
+        of_increments += other.of_increments;
+        of_lag += other.of_lag;
+        dissipated += other.dissipated;
+    }
 };
 
 /// What a velocity field would do to the particles.
@@ -82,8 +98,8 @@ public:
 
     [[nodiscard]] virtual Forecast forecast(const Particles& particles, const NodalMotion& motion) const = 0;
     /// The end of a step: stress, internal variable, density (2.3.4), energy (2.2.16) and temperature (2.3.5) at the particles,
-    /// then their velocities and positions.
-    virtual void advance(Particles& particles, const NodalMotion& motion) const = 0;
+    /// then their velocities and positions. The sums have the same bits on any number of threads.
+    virtual ParticleEnergies advance(Particles& particles, const NodalMotion& motion) = 0;
 
     [[nodiscard]] virtual std::size_t memory_bytes() const = 0;
 };

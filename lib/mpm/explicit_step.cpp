@@ -10,7 +10,7 @@ namespace ductile::mpm {
 ExplicitStep::ExplicitStep(const Scene& scene, Form form)
     : scene_(scene), form_(form), discretisation_(make_discretisation(scene)) {}
 
-void ExplicitStep::advance(State& state, double dt, double end) {
+StepEnergies ExplicitStep::advance(State& state, double dt, double end) {
     Discretisation& d = *discretisation_;
     d.prepare(state.particles, state.rigid_bodies, state.time, dt);
     const ActiveNodes& nodes = d.nodes();
@@ -37,12 +37,19 @@ void ExplicitStep::advance(State& state, double dt, double end) {
     }
     const std::span<const double> straining = momentum ? straining_ : motion_;
     check_travel(state, straining, dt);
-    const NodalMotion motion{motion_, straining, increment_, false, dt};
+    const NodalMotion motion{motion_, straining, increment_, false, dt, 0.0};
     check_forecast(state, motion);
-    d.advance(state.particles, motion);
+    const ParticleEnergies sums = d.advance(state.particles, motion);
     move_rigid_bodies(state, dt);
     state.time = end;
     ++state.step;
+
+    StepEnergies energies{.dissipated = sums.dissipated, .of_method = sums.of_lag - sums.of_increments};
+    for (std::size_t c = 0; c < size; ++c)
+        energies.of_method += (straining[c] - nodes.velocity[c]) * nodes.mass[c / 2] * increment_[c];
+    for (std::size_t c = 0; scene_.body_force && c < size; ++c)
+        energies.body_work += dt * external_[c] * straining[c];
+    return energies;
 }
 
 void ExplicitStep::check_travel(const State& state, std::span<const double> velocity, double dt) const {

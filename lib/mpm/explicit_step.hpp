@@ -2,6 +2,7 @@
 #include <ductile/base/aligned.hpp>
 #include <ductile/mpm/discretisation.hpp>
 #include <ductile/mpm/state.hpp>
+#include <ductile/mpm/step_energies.hpp>
 
 #include <memory>
 #include <span>
@@ -27,7 +28,7 @@ public:
     /// One step of dt seconds to the time `end`. Throws RunError for a particle that has left the grid, for a node that would
     /// move farther than a cell (no number included), and for a step that would fold the grid at a particle; the state is as
     /// before then, but for the order of its particles.
-    void advance(State& state, double dt, double end);
+    StepEnergies advance(State& state, double dt, double end);
 
     [[nodiscard]] const Discretisation& discretisation() const { return *discretisation_; }
     /// f^k + b of the last step, at all nodes.

@@ -11,9 +11,9 @@ public:
 
     StepOutcome attempt(State& state, double dt, double end) override {
         Timer timer;
-        step_.advance(state, dt, end);
+        const StepEnergies energies = step_.advance(state, dt, end);
         seconds_ += timer.seconds();
-        return {.accepted = true};
+        return {.accepted = true, .energies = energies};
     }
     [[nodiscard]] const Discretisation& discretisation() const override { return step_.discretisation(); }
     [[nodiscard]] std::span<const double> force() override { return step_.force(); }

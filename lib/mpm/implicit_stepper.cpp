@@ -91,7 +91,7 @@ public:
                                          state.particles.id[p], state.particles.x[p], state.particles.y[p]);
             return outcome;
         }
-        balance_.discretisation().advance(state.particles, motion);
+        outcome.energies = balance_.advance(motion, state.particles);
         move_rigid_bodies(state, dt);
         state.time = end;
         ++state.step;

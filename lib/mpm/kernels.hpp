@@ -206,10 +206,12 @@ public:
         return result;
     }
 
-    void advance(Particles& particles, const NodalMotion& m) const override {
+    ParticleEnergies advance(Particles& particles, const NodalMotion& m) override {
+        energies_.assign(transfer_.run_count(), {});
         visit_runs([&]<bool rotate>(const Run& run, const Law& law, std::bool_constant<rotate>) {
             const Local strained = gather(run, m.straining), moved = gather(run, m.motion), change = gather(run, m.increment);
             const double heat_capacity = scene_.materials[static_cast<std::size_t>(run.material)].heat_capacity;
+            ParticleEnergies& energies = energies_[transfer_.place_of(run)];
             for_each_batch(run, [&](std::size_t first, std::size_t count) {
                 Batch b;
                 strain<rotate>(law, particles, first, count, strained, m.dt, b);
@@ -219,8 +221,12 @@ public:
                 correct(law, particles, first, count, m.dt, b, internal_end);
                 for (std::size_t i = 0; i < count; ++i) {
                     const std::size_t p = first + i;
-                    update_energies(law, particles, p, b, i, plane_determinant(b.l[i], m.dt) * (1.0 + b.strain[i].zz),
-                                    heat_capacity);
+                    const SymmetricTensor twice_felt =
+                        2.0 * (1.0 - m.weight_at_end) * stress_of(particles, p) + 2.0 * m.weight_at_end * b.stress[i];
+                    const SymmetricTensor twice_mean = b.start[i] + b.stress[i];
+                    energies.of_lag += 0.5 * volume_[p] * contraction(twice_felt - twice_mean, b.strain[i]);
+                    energies.dissipated += update_energies(
+                        law, particles, p, b, i, plane_determinant(b.l[i], m.dt) * (1.0 + b.strain[i].zz), heat_capacity);
                     particles.stress_xx[p] = b.stress[i].xx;
                     particles.stress_yy[p] = b.stress[i].yy;
                     particles.stress_zz[p] = b.stress[i].zz;
@@ -232,14 +238,19 @@ public:
                     particles.y[p] += m.dt * v.y;
                     particles.velocity_x[p] = m.replace_velocity ? v.x : particles.velocity_x[p] + dv.x;
                     particles.velocity_y[p] = m.replace_velocity ? v.y : particles.velocity_y[p] + dv.y;
+                    energies.of_increments += 0.5 * particles.mass[p] * (dv.x * dv.x + dv.y * dv.y);
                 }
             });
         });
+        ParticleEnergies sum;
+        for (const ParticleEnergies& run : energies_)
+            sum.add(run);
+        return sum;
     }
 
     [[nodiscard]] std::size_t memory_bytes() const override {
         return transfer_.memory_bytes() + sizeof(double) * (volume_.capacity() + inverse_radius_.capacity()) +
-               sizeof(PointTangent) * tangent_.capacity();
+               sizeof(PointTangent) * tangent_.capacity() + sizeof(ParticleEnergies) * energies_.capacity();
     }
 
 private:
@@ -472,23 +483,27 @@ private:
         return strain.zz;
     }
 
-    /// `determinant` is that of the step's deformation.
-    static void update_energies(const Law& law, Particles& particles, std::size_t p, const Batch& b, std::size_t i,
-                                double determinant, double heat_capacity) {
+    /// `determinant` is that of the step's deformation. Returns what is dissipated.
+    double update_energies(const Law& law, Particles& particles, std::size_t p, const Batch& b, std::size_t i, double determinant,
+                           double heat_capacity) const {
         const double density = particles.density[p];
+        const SymmetricTensor twice_mean = b.start[i] + b.stress[i];
         // the stress of (2.2.16) is the mean of the step's: second order
-        particles.energy[p] += 0.5 * contraction(b.start[i] + b.stress[i], b.strain[i]) / density;
+        particles.energy[p] += 0.5 * contraction(twice_mean, b.strain[i]) / density;
         particles.density[p] = density / determinant;
-        if (heat_capacity > 0.0 && !law->linear()) {
-            const SymmetricTensor plastic = b.strain[i] - elastic_strain(law->elasticity(), b.stress[i] - b.start[i]);
+        if (law->linear())
+            return 0.0;
+        const SymmetricTensor plastic = b.strain[i] - elastic_strain(law->elasticity(), b.stress[i] - b.start[i]);
+        if (heat_capacity > 0.0)
             particles.temperature[p] += contraction(b.stress[i], plastic) / (particles.density[p] * heat_capacity);
-        }
+        return 0.5 * volume_[p] * contraction(twice_mean, plastic);
     }
 
     Scene scene_;
     Transfer<Shape> transfer_;
     aligned_vector<double> volume_, inverse_radius_;
-    aligned_vector<PointTangent> tangent_; // times dt V
+    aligned_vector<PointTangent> tangent_;   // times dt V
+    std::vector<ParticleEnergies> energies_; // of the runs in the last step
 };
 
 template <class Shape> std::unique_ptr<Discretisation> make_kernels(const Scene& scene) {

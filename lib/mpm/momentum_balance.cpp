@@ -34,6 +34,8 @@ void MomentumBalance::prepare(State& state, double dt) {
         guess_[c] = momentum() ? n.mass[c / 2] * n.velocity[c] : n.velocity[c];
     // known = dt [(1 - mu) f^k + b]
     d.body_force(state.particles, state.time + scheme_.mu * dt, known_);
+    if (scene_.body_force)
+        body_force_.assign(known_.begin(), known_.end());
     known_magnitudes_.resize(size);
     for (std::size_t c = 0; c < size; ++c)
         known_magnitudes_[c] = dt * std::abs(known_[c]);
@@ -134,7 +136,21 @@ NodalMotion MomentumBalance::motion(std::span<const double> u) {
         increment_[c] = momentum() ? change_[c] / n.mass[c / 2] : change_[c];
         motion_[c] = n.velocity[c] + kinematic_weight_ * increment_[c];
     }
-    return {motion_, velocity_, increment_, !inertia(), dt_};
+    return {motion_, velocity_, increment_, !inertia(), dt_, scheme_.mu};
+}
+
+StepEnergies MomentumBalance::advance(const NodalMotion& motion, Particles& particles) {
+    const ParticleEnergies sums = discretisation_->advance(particles, motion);
+    StepEnergies energies{.dissipated = sums.dissipated, .of_method = sums.of_lag};
+    const ActiveNodes& n = nodes();
+    if (inertia()) {
+        energies.of_method -= sums.of_increments;
+        for (std::size_t c = 0; c < size(); ++c)
+            energies.of_method += (motion.straining[c] - n.velocity[c]) * n.mass[c / 2] * motion.increment[c];
+    }
+    for (std::size_t c = 0; scene_.body_force && c < size(); ++c)
+        energies.body_work += dt_ * body_force_[c] * motion.straining[c];
+    return energies;
 }
 
 void MomentumBalance::force_at_end(std::span<double> force) {

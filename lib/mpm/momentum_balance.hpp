@@ -2,6 +2,7 @@
 #include <ductile/mpm/discretisation.hpp>
 #include <ductile/mpm/explicit_step.hpp>
 #include <ductile/mpm/state.hpp>
+#include <ductile/mpm/step_energies.hpp>
 
 #include <span>
 
@@ -64,6 +65,8 @@ public:
 
     /// The nodes' part of the end of the step; it refers to memory of this object.
     [[nodiscard]] NodalMotion motion(std::span<const double> u);
+    /// Makes the step with the particles of prepare(); returns what passed in it.
+    [[nodiscard]] StepEnergies advance(const NodalMotion& motion, Particles& particles);
 
     /// (1 - mu) f^k + mu f^L + b with the stress of the particles that motion() has moved.
     void force_at_end(std::span<double> force);
@@ -90,7 +93,7 @@ private:
     const State* state_ = nullptr;
     double dt_ = 0.0;
     double largest_wave_speed_ = 0.0;
-    aligned_vector<double> guess_, known_, change_, velocity_, work_, motion_, increment_;
+    aligned_vector<double> guess_, known_, change_, velocity_, work_, motion_, increment_, body_force_;
     aligned_vector<double> magnitudes_, known_magnitudes_; // of internal forces; of dt [(1 - mu) f^k + b]
 };
 

@@ -1,5 +1,6 @@
 #pragma once
 #include <ductile/mpm/state.hpp>
+#include <ductile/mpm/step_energies.hpp>
 
 #include <nlohmann/json.hpp>
 
@@ -18,7 +19,8 @@ struct Observation {
     const State& state;
     double dt = 0.0; ///< of the step [s]
     std::span<const std::array<double, 2>> contact_forces =
-        {}; ///< of the particles on each rigid body in the step, contact_force()
+        {};                     ///< of the particles on each rigid body in the step, contact_force()
+    StepEnergies energies = {}; ///< of the step
 };
 
 /// A number that a scene is about, one more column of history.csv; the name carries the unit.

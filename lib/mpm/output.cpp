@@ -76,7 +76,11 @@ std::vector<std::string> history_columns(const Problem& problem) {
                                      "internal_energy_J"};
     for (const InternalVariable& variable : internal_variables(problem.scene))
         columns.push_back(fmt::format("largest_{}", column_name(variable)));
-    columns.insert(columns.end(), {"smallest_determinant", "enclosed_empty_cells", "newton_iterations", "linear_iterations"});
+    columns.insert(columns.end(), {"smallest_determinant", "enclosed_empty_cells", "newton_iterations", "linear_iterations",
+                                   "work_of_rigid_bodies_J", "work_of_body_force_J", "plastic_dissipation_J",
+                                   "numerical_dissipation_J", "energy_error_J", "momentum_y_Ns"});
+    if (problem.scene.geometry != Geometry::axisymmetric) // there neither has a meaning
+        columns.insert(columns.end(), {"momentum_x_Ns", "angular_momentum_Nms"});
     for (const RigidBody& body : problem.start.rigid_bodies)
         for (const char* direction : {"x", "y"})
             columns.push_back(fmt::format("{}_force_{}_N", body.name, direction));
@@ -85,7 +89,8 @@ std::vector<std::string> history_columns(const Problem& problem) {
     return columns;
 }
 
-void append_row(const Problem& problem, const Observation& seen, const LastStep& last, std::vector<double>& row) {
+void append_row(const Problem& problem, const Observation& seen, const LastStep& last, const Ledger& ledger,
+                std::vector<double>& row) {
     const State& state = seen.state;
     const Energies energies = energies_of(problem.scene, state.particles);
     row.insert(row.end(), {state.time, static_cast<double>(state.step), last.dt, energies.kinetic, energies.strain,
@@ -94,7 +99,12 @@ void append_row(const Problem& problem, const Observation& seen, const LastStep&
         row.push_back(largest_of(values_of(variable, problem.scene, state.particles)));
     row.insert(row.end(), {last.smallest_determinant,
                            static_cast<double>(connectivity_of(problem.scene.grid, state.particles).enclosed_empty_cells),
-                           last.newton_iterations, last.linear_iterations});
+                           last.newton_iterations, last.linear_iterations, ledger.rigid_work, ledger.body_work, ledger.dissipated,
+                           ledger.of_method, ledger.error()});
+    const Momenta momenta = momenta_of(state.particles);
+    row.push_back(momenta.y);
+    if (problem.scene.geometry != Geometry::axisymmetric)
+        row.insert(row.end(), {momenta.x, momenta.angular});
     for (const auto& force : last.contact_forces)
         row.insert(row.end(), force.begin(), force.end());
     for (const Observable& observable : problem.observables)

@@ -23,7 +23,8 @@ struct LastStep {
 
 /// The columns of history.csv, and their values after a step.
 [[nodiscard]] std::vector<std::string> history_columns(const Problem& problem);
-void append_row(const Problem& problem, const Observation& seen, const LastStep& last, std::vector<double>& row);
+void append_row(const Problem& problem, const Observation& seen, const LastStep& last, const Ledger& ledger,
+                std::vector<double>& row);
 
 void write_snapshot(const Scene& scene, const State& state, io::ParticleSnapshotWriter& snapshots);
 

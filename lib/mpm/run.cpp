@@ -64,6 +64,25 @@ const char* counter_of(StepFailure failure) {
     throw RunError("a step was refused without a reason");
 }
 
+/// What to do where shorter steps do not help.
+const char* remedy(StepFailure failure) {
+    switch (failure) {
+    case StepFailure::none:
+        break;
+    case StepFailure::no_convergence:
+        return "choose --preconditioner tangent, more --krylov-vectors or a larger --newton-tolerance, --method implicit if it "
+               "is "
+               "quasi-static, and 2 x 2 particles a cell with B-splines";
+    case StepFailure::folded_grid:
+        return "end the run before it, or take smaller cells, or more particles a cell";
+    case StepFailure::far_particle:
+        return "look for particles that nothing holds";
+    case StepFailure::leaving_particle:
+        return "use a larger grid, another condition at its sides, or an earlier end";
+    }
+    return "";
+}
+
 class PointsRun final : public run::Simulation {
 public:
     PointsRun(const Problem& problem, State& state, TimeStepper& stepper, StepControl& control, const Monitor::Options& monitor,
@@ -81,8 +100,9 @@ public:
     [[nodiscard]] double time_s() const override { return state_.time; }
     [[nodiscard]] std::int64_t step() const override { return state_.step; }
 
-    [[nodiscard]] run::Attempt attempt(double output_time_s) override {
-        step_ = control_.next(state_, output_time_s);
+    [[nodiscard]] run::Attempt attempt(const std::vector<double>& output_times_s, FunctionRef<void()>,
+                                       FunctionRef<void()>) override {
+        step_ = control_.next(state_, output_times_s.back());
         if (!(state_.time + step_.dt > state_.time))
             throw RunError(fmt::format(
                 "step {} at t = {:.6g} s would be {:.3g} s long ({}), too short to change the time: look for a speed or "
@@ -92,8 +112,8 @@ public:
         if (!outcome.accepted) {
             ++events_.at(counter_of(outcome.failure));
             if (!control_.failed(step_))
-                throw RunError(fmt::format("step {} at t = {:.6g} s failed even with dt = {:.3g} s: {}", state_.step + 1,
-                                           state_.time, step_.dt, outcome.reason));
+                throw RunError(fmt::format("step {} at t = {:.6g} s failed even with dt = {:.3g} s: {}; {}", state_.step + 1,
+                                           state_.time, step_.dt, outcome.reason, remedy(outcome.failure)));
             return run::Attempt::refused;
         }
         if (control_.options().ends_at_contact) {
@@ -103,6 +123,7 @@ public:
                     touching_[static_cast<std::size_t>(hold.holder)] = 1;
         }
         control_.accepted(step_, outcome.newton_iterations, touching_);
+        check_progress();
         if (step_.limit == StepLimit::rigid_travel)
             ++events_.at("steps_cut_by_rigid_travel");
         if (step_.limit == StepLimit::contact)
@@ -113,6 +134,7 @@ public:
         last_.smallest_determinant = outcome.smallest_determinant;
         last_.newton_iterations = outcome.newton_iterations;
         last_.linear_iterations = outcome.linear_iterations;
+        energies_ = outcome.energies;
         return step_.lands ? run::Attempt::landed : run::Attempt::accepted;
     }
 
@@ -125,7 +147,7 @@ public:
 
     [[nodiscard]] std::vector<std::string> columns() const override { return history_columns(problem_); }
 
-    void row(std::vector<double>& row) override { append_row(problem_, seen(), last_, row); }
+    void row(std::vector<double>& row) override { append_row(problem_, seen(), last_, monitor_.ledger(seen(), tally_), row); }
 
     [[nodiscard]] run::Curve curve() const override {
         return {problem_.curve_x, problem_.curve_y, problem_.label_x, problem_.label_y};
@@ -187,11 +209,27 @@ public:
     }
 
 private:
-    [[nodiscard]] Observation seen() const { return {state_, last_.dt, last_.contact_forces}; }
+    /// Throws RunError where steps stay so short that the run will not come to its end: a step that only just succeeds makes the
+    /// next one a little longer, which then fails.
+    void check_progress() {
+        const bool stuck = (step_.limit == StepLimit::failed_step || step_.limit == StepLimit::newton_iterations) &&
+                           step_.planned < 1e-5 * control_.options().target;
+        short_steps_ = stuck ? short_steps_ + 1 : 0;
+        if (short_steps_ >= 200)
+            throw RunError(fmt::format(
+                "step {} at t = {:.6g} s, with dt = {:.3g} s, is the last of {} whose length was below 1e-5 of --dt because "
+                "longer "
+                "ones did not converge or took many iterations: shorter steps do not help here; choose --preconditioner tangent "
+                "or "
+                "more --krylov-vectors, --method implicit if it is quasi-static, or B-splines, larger cells or more particles if "
+                "stiffness changes much from cell to cell",
+                state_.step, state_.time, step_.dt, short_steps_));
+    }
+    [[nodiscard]] Observation seen() const { return {state_, last_.dt, last_.contact_forces, energies_}; }
 
     /// What summary numbers need, of every step.
     void see(const State& state) {
-        const Observation seen{state, last_.dt, last_.contact_forces};
+        const Observation seen{state, last_.dt, last_.contact_forces, energies_};
         monitor_.observe(seen, last_.smallest_determinant, tally_);
         if (problem_.conclusions.observe)
             problem_.conclusions.observe(seen, tally_);
@@ -211,6 +249,8 @@ private:
     Monitor monitor_;
     Tally tally_;
     LastStep last_;
+    StepEnergies energies_; // of the last step
+    int short_steps_ = 0;   // in a row, see check_progress()
     std::optional<io::ParticleSnapshotWriter> snapshots_;
     StepControl::Step step_;
     std::vector<std::int64_t> touching_; // 1 for each rigid body that holds nodes

@@ -63,7 +63,7 @@ std::vector<MaterialNumbers> material_numbers(const Scene& scene, const Particle
         const Law& law = scene.materials[m].law;
         const IsotropicElasticity& e = law->elasticity();
         numbers.young_modulus = young_modulus(e);
-        numbers.poisson_ratio = 0.5 * e.beta() / (e.beta() + e.shear_modulus);
+        numbers.poisson_ratio = poisson_ratio(e);
         if (const double yield = law->equivalent_yield_stress(internal); std::isfinite(yield)) {
             numbers.yield_stress = yield;
             if (!internal.empty()) {

@@ -30,9 +30,6 @@ template <int Support> struct Factors {
     double dw[Support]; ///< dN/dx [1/m]
 };
 
-/// Half the width of a rigid body's point for GIMP, in cells.
-inline constexpr double rigid_half_width = 0.25;
-
 /// Bilinear hat functions of the nodes at the corners of the cells: the paper's choice. Their gradients jump at cell edges.
 struct Linear {
     static constexpr int support = 2, wall_layers = 1, stored = 1;

@@ -79,7 +79,8 @@ StepControl::Step StepControl::by_rigid_bodies(const State& state) const {
     double earliest = 1.02 * limit; // a little longer than planned rather than a remainder too small to be worth a step
     for (std::size_t b = 0; b < state.rigid_bodies.size(); ++b) {
         const bool touching = b < plan_.touching.size() && plan_.touching[b] != 0;
-        const NewNodes nodes = time_to_new_nodes(state.rigid_bodies[b], now, options_.grid, options_.reach, options_.landing);
+        const NewNodes nodes = time_to_new_nodes(state.rigid_bodies[b], now, options_.grid,
+                                                 options_.boxes ? state.rigid_bodies[b].half_width : 0.0, options_.landing);
         if (nodes.time < earliest && (!touching || worth(nodes.interval))) {
             earliest = nodes.time;
             step = {earliest, StepLimit::contact, planned, !touching};

@@ -31,7 +31,7 @@ public:
         double growth = 1.2; ///< at most, from step to step
         Grid grid = {};
         bool ends_at_contact = false;
-        double reach = 0.0;    ///< cells from an edge of its cell at which a rigid body's point reaches the nodes beyond
+        bool boxes = false;    ///< a rigid body's point reaches the nodes beyond an edge of its cell with its box (GIMP)
         double landing = 1e-9; ///< cells beyond that, from which it holds these nodes
         int many_newton_iterations = 30;
     };

@@ -4,6 +4,7 @@
 #include <ductile/mpm/momentum_balance.hpp>
 #include <ductile/mpm/newton.hpp>
 #include <ductile/mpm/preconditioner.hpp>
+#include <ductile/mpm/step_energies.hpp>
 
 #include <memory>
 #include <span>
@@ -22,6 +23,7 @@ struct StepOutcome {
     double smallest_determinant = 1.0; ///< of the deformation of the step at any particle
     int newton_iterations = 0;
     int linear_iterations = 0;
+    StepEnergies energies = {};
 };
 
 /// A time integrator of material points.

@@ -305,8 +305,8 @@ template <class Shape> void Transfer<Shape>::prescribe(std::span<const RigidBody
                 continue;
             const auto [cell_x, cell_y, xi, eta] = place_of(body.x[p], body.y[p]);
             double stored[2][Shape::stored];
-            Shape::store(xi, cell_x, line_x_, rigid_half_width, stored[0]);
-            Shape::store(eta, cell_y, line_y_, rigid_half_width, stored[1]);
+            Shape::store(xi, cell_x, line_x_, body.half_width, stored[0]);
+            Shape::store(eta, cell_y, line_y_, body.half_width, stored[1]);
             const Factors<support> fx = Shape::expand(stored[0], inverse_dx_), fy = Shape::expand(stored[1], inverse_dy_);
             const int first = Shape::first(eta, cell_y, line_y_) * nodes_x_ + Shape::first(xi, cell_x, line_x_);
             for (int k = 0; k < seen; ++k) {

@@ -68,6 +68,8 @@ public:
                 visit(run);
         });
     }
+    [[nodiscard]] std::size_t run_count() const { return runs_.size(); }
+    [[nodiscard]] std::size_t place_of(const Run& run) const { return static_cast<std::size_t>(&run - runs_.data()); }
     /// Calls `visit(first, last)` for consecutive ranges of particles, on several threads.
     void for_each_range(const auto& visit) const {
         constexpr std::size_t range = 2048;

@@ -98,18 +98,27 @@ StepAttempt IndexReducedStepper::attempt(State& state, double dt, double end, co
     const Kept kept = kept_in(state);
     system_.begin_step(state.time, dt, end);
     system_.begin_velocities(state.velocity, kept.earlier_velocity, kept.earlier_step);
-    const double error = method_->advance({.start = state.cells,
-                                           .start_rate = kept.rate,
-                                           .next = next_,
-                                           .next_rate = next_rate_,
-                                           .dt = dt,
-                                           .relaxation = kept.relaxation,
-                                           .memory = kept.of_method});
+    judged_.emplace(time::Step<CellState>{.start = state.cells,
+                                          .start_rate = kept.rate,
+                                          .next = next_,
+                                          .next_rate = next_rate_,
+                                          .dt = dt,
+                                          .relaxation = kept.relaxation,
+                                          .memory = kept.of_method});
+    const auto fail = [&](const char* what) {
+        return RunError(fmt::format(
+            "step {} at t = {:.6g} s with dt = {:.3g} s: {}. The step is too large for this scene or the material data "
+            "are extreme: use a smaller --dt (fixed steps) or --tolerance (adaptive steps)",
+            state.step + 1, state.time * scene_.units.time, dt * scene_.units.time, what));
+    };
+    double error = 0.0;
+    try {
+        error = method_->advance(*judged_);
+    } catch (const RunError& failure) {
+        throw fail(failure.what());
+    }
     if (!std::isfinite(error))
-        throw RunError(
-            fmt::format("step {} at t = {:.6g} s with dt = {:.3g} s: the error estimate is not finite. The step is too large for "
-                        "this scene: use a smaller --dt or --tolerance",
-                        state.step + 1, state.time * scene_.units.time, dt * scene_.units.time));
+        throw fail("the error estimate is not finite");
     attempt_seconds_ += timer.seconds();
     StepAttempt result{.measure = error,
                        .error = error,
@@ -119,6 +128,18 @@ StepAttempt IndexReducedStepper::attempt(State& state, double dt, double end, co
     if (result.accepted)
         accept(state, dt, end, error);
     return result;
+}
+
+void IndexReducedStepper::interpolate(const State& state, double time, State& at) {
+    const double fraction = std::clamp((time - state.time) / judged_->dt, 0.0, 1.0);
+    method_->interpolate(*judged_, fraction, at.cells);
+    at.time = time;
+    at.step = state.step;
+    // the velocity that belongs to it, from a guess on the line through both ends
+    extrapolate(state.velocity, system_.velocity(), fraction - 1.0, at.velocity);
+    if (!rate_within_)
+        rate_within_ = space_->make_cells();
+    system_.lines().evaluate(at.cells, system_.told(fraction), at.velocity, *rate_within_);
 }
 
 void IndexReducedStepper::accept(State& state, double dt, double end, double error) {

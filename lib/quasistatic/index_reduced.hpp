@@ -4,6 +4,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 
 namespace ductile::quasistatic {
 
@@ -23,6 +24,8 @@ public:
     [[nodiscard]] double time_scale(State& state) override;
     [[nodiscard]] double limit_step(State& state, double dt) override;
     StepAttempt attempt(State& state, double dt, double end, const Judge& judge) override;
+    [[nodiscard]] bool interpolates() const override { return method_->interpolates(); }
+    void interpolate(const State& state, double time, State& at) override;
     [[nodiscard]] StepperCounts counts() const override;
     [[nodiscard]] PhaseSeconds phase_seconds() const override;
     [[nodiscard]] std::size_t memory_bytes() const override;
@@ -38,6 +41,8 @@ private:
     RateSystem system_;
     std::unique_ptr<CellMethod> method_;
     CellState next_, next_rate_;
+    std::optional<time::Step<CellState>> judged_; ///< the step that is
+    std::optional<CellState> rate_within_;        ///< room to work in, for interpolate()
     double attempt_seconds_ = 0.0;
 };
 

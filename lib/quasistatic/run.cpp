@@ -32,15 +32,20 @@ public:
     [[nodiscard]] double time_s() const override { return state_.time * scene_.units.time; }
     [[nodiscard]] std::int64_t step() const override { return state_.step; }
 
-    [[nodiscard]] run::Attempt attempt(double output_time_s) override {
-        const double output_time = output_time_s / scene_.units.time, now = state_.time;
+    [[nodiscard]] run::Attempt attempt(const std::vector<double>& output_times_s, FunctionRef<void()> before_end,
+                                       FunctionRef<void()> output) override {
+        const double now = state_.time;
+        const double output_time = (stepper_.interpolates() ? output_times_s.front() : output_times_s.back()) / scene_.units.time;
         const double goal = std::min(output_time, scene_.walls.next_knot(now));
         const StepControl::Step planned = control_.next(now, goal);
         step_ = StepControl::shortened(planned, now, stepper_.limit_step(state_, planned.dt));
+        if (stepper_.interpolates() && goal == output_time && (planned.lands || planned.limit == StepLimit::output))
+            before_end();
         judged_ = false;
         StepAttempt attempt;
         try {
-            attempt = stepper_.attempt(state_, step_.dt, step_.end, [this](const StepAttempt& made) { return judge(made); });
+            attempt = stepper_.attempt(state_, step_.dt, step_.end,
+                                       [&](const StepAttempt& made) { return judge(made, output_times_s, output); });
         } catch (const RunError&) {
             if (judged_)
                 throw; // no number means anything from here on
@@ -56,7 +61,7 @@ public:
         relaxation_steps_ += step_.limit == StepLimit::relaxation ? 1 : 0;
         last_dt_ = step_.dt;
         last_measure_ = attempt.measure;
-        return step_.lands && goal == output_time ? run::Attempt::landed : run::Attempt::accepted;
+        return output_times_s.back() / scene_.units.time <= state_.time ? run::Attempt::landed : run::Attempt::accepted;
     }
 
     void observe(bool last) override { watch_.observe(state_, last); }
@@ -120,7 +125,8 @@ public:
 
     void snapshot(double time_s) override {
         const Units& u = scene_.units;
-        const CellState& cells = state_.cells;
+        const State& shown = within_step_ ? *within_ : state_;
+        const CellState& cells = shown.cells;
         Field magnitude(scene_.grid.cells_y, scene_.grid.cells_x);
         for (int j = 0; j < magnitude.rows(); ++j)
             for (int i = 0; i < magnitude.columns(); ++i) {
@@ -133,8 +139,8 @@ public:
                            io::SnapshotField{"tau", "Pa", cell, view(cells.stress.tau), u.stress},
                            io::SnapshotField{"q", "Pa", cell, view(cells.stress.q), u.stress},
                            io::SnapshotField{"deviatoric_magnitude", "Pa", cell, view(magnitude), u.stress},
-                           io::SnapshotField{"velocity_x", "m/s", corner, view(state_.velocity.u), u.velocity()},
-                           io::SnapshotField{"velocity_y", "m/s", corner, view(state_.velocity.v), u.velocity()}};
+                           io::SnapshotField{"velocity_x", "m/s", corner, view(shown.velocity.u), u.velocity()},
+                           io::SnapshotField{"velocity_y", "m/s", corner, view(shown.velocity.v), u.velocity()}};
         const auto variables = scene_.law->variables();
         for (std::size_t k = 0; k < variables.size(); ++k)
             fields.push_back({std::string(variables[k].name), std::string(variables[k].unit), cell, view(cells.internal[k]),
@@ -188,12 +194,34 @@ private:
     /// Of energies, of a metre of thickness.
     [[nodiscard]] double joule() const { return scene_.units.stress * scene_.units.length * scene_.units.length; }
     /// Throws RunError where the run must end.
-    [[nodiscard]] bool judge(const StepAttempt& made) {
+    [[nodiscard]] bool judge(const StepAttempt& made, const std::vector<double>& output_times_s, FunctionRef<void()> output) {
         judged_ = true;
-        const bool accepted = control_.judge(step_, made);
-        if (accepted)
-            watch_.judge(made, state_.time, step_.dt);
-        return accepted;
+        const StepControl before = control_;
+        if (!control_.judge(step_, made))
+            return false;
+        watch_.judge(made, state_.time, step_.dt);
+        if (!stepper_.interpolates())
+            return true;
+        try {
+            write_within(output_times_s, output);
+        } catch (...) { // the step is not made
+            control_ = before;
+            within_step_ = false;
+            throw;
+        }
+        return true;
+    }
+
+    /// What the judged step passes before its end.
+    void write_within(const std::vector<double>& output_times_s, FunctionRef<void()> output) {
+        while (output_times_s.back() / scene_.units.time < step_.end) {
+            if (!within_)
+                within_ = State{.cells = space_.make_cells(), .velocity = space_.make_velocity()};
+            stepper_.interpolate(state_, output_times_s.back() / scene_.units.time, *within_);
+            within_step_ = true;
+            output();
+            within_step_ = false;
+        }
     }
 
     Scene scene_;
@@ -206,6 +234,8 @@ private:
     std::optional<io::SnapshotWriter> snapshots_;
     StepControl::Step step_;
     bool judged_ = false;                       // the attempted step
+    std::optional<State> within_;               // the state at an output time within it
+    bool within_step_ = false;                  // whether that is the one to show
     double last_dt_ = 0.0, last_measure_ = 0.0; // of the last accepted step
     std::int64_t rejected_steps_ = 0, relaxation_steps_ = 0;
 };

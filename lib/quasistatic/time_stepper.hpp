@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <functional>
 #include <limits>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -70,6 +71,15 @@ public:
     /// Otherwise, and where this or `judge` throws, it is as it was, and another attempt may follow. Throws RunError (where,
     /// when, what to change) when the result is not finite.
     virtual StepAttempt attempt(State& state, double dt, double end, const Judge& judge) = 0;
+
+    /// Whether interpolate() tells what is within a step.
+    [[nodiscard]] virtual bool interpolates() const { return false; }
+    /// To be called by a Judge: the state at a time within the step that is judged, as accurate as its end, in equilibrium;
+    /// `state` is the one at its beginning. Memory is not filled in.
+    virtual void interpolate(const State& state, double time, State& at) {
+        (void)state, (void)time, (void)at;
+        throw std::logic_error("this scheme does not interpolate");
+    }
 
     [[nodiscard]] virtual StepperCounts counts() const = 0;
     /// Since construction.

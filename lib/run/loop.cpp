@@ -29,6 +29,7 @@ io::RunStatus loop(Simulation& simulation, const Outputs& outputs, const Files& 
     }
     std::vector<double> output_times = times.after(start_s);
     const bool at_end = output_times.empty();
+    bool checkpoint_is_last = false; // what follows depends on the end of this run
     try {
         while (!output_times.empty()) {
             if (io::interrupted()) {
@@ -37,27 +38,41 @@ io::RunStatus loop(Simulation& simulation, const Outputs& outputs, const Files& 
                 end();
                 return io::RunStatus::interrupted;
             }
-            const Attempt attempt = simulation.attempt(output_times.back());
+            const auto before_end = [&] {
+                if (checkpoint_is_last)
+                    return;
+                const Timer output;
+                recorder.checkpoint();
+                checkpoint_is_last = true;
+                output_seconds += output.seconds();
+            };
+            const auto write_output = [&] {
+                const Timer output;
+                if (times.is_snapshot(output_times.back()))
+                    recorder.snapshot(output_times.back());
+                output_times.pop_back();
+                output_seconds += output.seconds();
+            };
+            const Attempt attempt = simulation.attempt(output_times, before_end, write_output);
             if (attempt == Attempt::refused)
                 continue;
-            Timer output;
             const bool landed = attempt == Attempt::landed;
+            Timer output;
             simulation.observe(landed && output_times.size() == 1);
             if (simulation.step() % outputs.history_every == 0)
                 recorder.row();
             recorder.progress();
-            if (landed) {
-                if (times.is_snapshot(output_times.back()))
-                    recorder.snapshot(output_times.back());
-                output_times.pop_back();
-            }
-            if (since_checkpoint.seconds() > files.program.common().checkpoint_every_s) {
+            output_seconds += output.lap();
+            if (landed)
+                write_output();
+            output.lap();
+            if (!checkpoint_is_last && since_checkpoint.seconds() > files.program.common().checkpoint_every_s) {
                 recorder.checkpoint();
                 since_checkpoint.lap();
             }
             output_seconds += output.seconds();
         }
-        if (!at_end)
+        if (!at_end && !checkpoint_is_last)
             recorder.checkpoint();
         // after the checkpoint: a longer run that goes on from there will not have it
         if (recorder.row_step() != simulation.step())

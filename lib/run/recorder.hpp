@@ -9,7 +9,7 @@ namespace ductile::run {
 /// When a run ends and what it writes on the way.
 struct Outputs {
     double duration_s = 0.0;              ///< a step ends there, and the run
-    std::vector<double> snapshots_s = {}; ///< a step ends at each, and a snapshot is taken; later ones than the end are left out
+    std::vector<double> snapshots_s = {}; ///< a snapshot is taken at each; later ones than the end are left out
     int history_every = 1;                ///< rows of history.csv: the start, every n-th step, and the end
 };
 

@@ -47,9 +47,8 @@ Law make_law(const MaterialOptions& o, const Units& units) {
 }
 
 MaterialNumbers numbers_of(const MaterialOptions& o) {
-    const double lambda = o.elasticity.beta(), mu = o.elasticity.shear_modulus;
     return {.young_modulus = young_modulus(o.elasticity),
-            .poisson_ratio = 0.5 * lambda / (lambda + mu),
+            .poisson_ratio = poisson_ratio(o.elasticity),
             .yield_stress = o.yield_stress,
             .hardening = o.plasticity == PlasticityChoice::perzyna ? o.perzyna.hardening_modulus : 0.0};
 }

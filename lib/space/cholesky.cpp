@@ -95,8 +95,7 @@ void CholeskyEquilibrium::Implementation::solve(VectorField& field) {
     free -= motions.modes * (motions.modes.transpose() * free);
 
     if (!free.allFinite())
-        throw RunError("equilibrium: the solution is not finite because the nodal force or the boundary data is not; "
-                       "look for an overflow in the stress that was handed over");
+        throw RunError("equilibrium: the solution is not finite because the nodal force or the boundary data is not");
     for_each_value([&](int n, double& value) { value = n >= 0 ? free[n] : value; });
     for (int j = 0; j < nodes.rows(); ++j) {
         field.u.wrap_row(j);

@@ -119,8 +119,7 @@ public:
         const int team = Rows{cells_y_, cells_x_}.threads();
         const double checksum = team <= 2 ? sweep_fused(field, team) : sweep_in_turns(field, team);
         if (!std::isfinite(checksum))
-            throw RunError("equilibrium: the solution is not finite because the nodal force or the wall data is not; "
-                           "look for an overflow in the stress that was handed over");
+            throw RunError("equilibrium: the solution is not finite because the nodal force or the wall data is not");
     }
 
     [[nodiscard]] std::string_view name() const override { return "fourier"; }

@@ -15,6 +15,8 @@ struct ButcherTable {
     std::vector<std::vector<double>> a; ///< row i has i entries
     std::vector<double> error;          ///< [stages], b - b_embedded
     double real_stability = 0.0;        ///< the method is stable for -real_stability <= dt lambda <= 0
+    /// [stages], or none: within a step y is cubic_within() + x^2 (1 - x)^2 dt sum_i quartic_i k_i, of one order more.
+    std::vector<double> quartic = {};
 
     [[nodiscard]] std::size_t stages() const { return c.size(); }
 };

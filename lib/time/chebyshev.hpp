@@ -60,6 +60,11 @@ public:
         return system_.norm(error);
     }
 
+    [[nodiscard]] bool interpolates() const override { return true; }
+    void interpolate(const Step<Vector>& step, double fraction, Vector& y) const override {
+        system_.combine(cubic_within(step, fraction), y);
+    }
+
     [[nodiscard]] double relaxation_step(double relaxation, std::span<const double>) const override {
         return longest_chebyshev_step(relaxation);
     }

@@ -1,7 +1,9 @@
 #pragma once
 #include <ductile/time/system.hpp>
 
+#include <array>
 #include <limits>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
@@ -19,6 +21,15 @@ template <class Vector> struct Step {
     std::span<const double> memory; ///< a value of each of Method::memory()
 };
 
+/// The cubic in time through both ends of a step and their rates: fourth order within a step. `fraction` of the way.
+template <class Vector> [[nodiscard]] std::array<Term<Vector>, 4> cubic_within(const Step<Vector>& step, double fraction) {
+    const double x = fraction, rest = 1.0 - fraction;
+    return {{{&step.start, (1.0 + 2.0 * x) * rest * rest},
+             {&step.start_rate, step.dt * x * rest * rest},
+             {&step.next, x * x * (1.0 + 2.0 * rest)},
+             {&step.next_rate, -step.dt * x * x * rest}}};
+}
+
 /// Steps that a method takes inside of one of ours.
 struct InnerCounts {
     long long steps = 0, rejected = 0;
@@ -33,6 +44,15 @@ public:
     /// Makes the step that System::begin_step() has begun. Returns the norm of its estimated error. The last evaluation is that
     /// of next_rate.
     [[nodiscard]] virtual double advance(const Step<Vector>& step) = 0;
+
+    /// Whether interpolate() tells what is within a step. A step that is a whole integration by another library may be too long
+    /// for that.
+    [[nodiscard]] virtual bool interpolates() const { return false; }
+    /// y at this fraction of the step that advance() has just made, as accurate as its end.
+    virtual void interpolate(const Step<Vector>& step, double fraction, Vector& y) const {
+        (void)step, (void)fraction, (void)y;
+        throw std::logic_error("this method does not interpolate");
+    }
 
     /// Names of the numbers that it remembers; they begin as zeros.
     [[nodiscard]] virtual std::vector<std::string> memory() const { return {}; }

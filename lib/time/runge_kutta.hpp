@@ -14,11 +14,8 @@ public:
     }
 
     [[nodiscard]] double advance(const Step<Vector>& step) override {
-        // rates of the stages: the first is the start's, the last the next step's first
         const auto stage_rate = [&](std::size_t i) -> Vector& {
-            if (i == 0)
-                return step.start_rate;
-            return i + 1 == table_.stages() ? step.next_rate : inner_rates_[i - 1];
+            return i == 0 ? step.start_rate : i + 1 == table_.stages() ? step.next_rate : inner_rates_[i - 1];
         };
         OpenRate<Vector> open;
         for (std::size_t i = 1; i < table_.stages(); ++i) {
@@ -42,6 +39,20 @@ public:
         for (std::size_t i = 0; i < table_.stages(); ++i)
             terms_.push_back({&stage_rate(i), step.dt * table_.error[i]});
         return system_.norm(terms_);
+    }
+
+    [[nodiscard]] bool interpolates() const override { return true; }
+    void interpolate(const Step<Vector>& step, double fraction, Vector& y) const override {
+        const auto cubic = cubic_within(step, fraction);
+        std::vector<Term<Vector>> terms(cubic.begin(), cubic.end());
+        const double weight = step.dt * fraction * fraction * (1.0 - fraction) * (1.0 - fraction);
+        for (std::size_t i = 0; i < table_.quartic.size(); ++i) {
+            if (i == 0 || i + 1 == table_.stages())
+                terms[i == 0 ? 1 : 3].factor += weight * table_.quartic[i];
+            else if (table_.quartic[i] != 0.0)
+                terms.push_back({&inner_rates_[i - 1], weight * table_.quartic[i]});
+        }
+        system_.combine(terms, y);
     }
 
     [[nodiscard]] double relaxation_step(double relaxation, std::span<const double>) const override {

@@ -22,6 +22,13 @@ public:
 
     [[nodiscard]] double advance(const Step<Vector>& step) override { return in_use(step.memory).advance(step); }
 
+    [[nodiscard]] bool interpolates() const override {
+        return methods_[0].method->interpolates() && methods_[1].method->interpolates();
+    }
+    void interpolate(const Step<Vector>& step, double fraction, Vector& y) const override {
+        in_use(step.memory).interpolate(step, fraction, y);
+    }
+
     [[nodiscard]] std::vector<std::string> memory() const override {
         return {methods_[1].name + "_in_use", "steps_for_a_change", "steps_" + methods_[0].name, "steps_" + methods_[1].name};
     }
