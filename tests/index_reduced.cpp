@@ -270,6 +270,16 @@ TEST_SUITE("index_reduced") {
         }
     }
 
+    TEST_CASE("a tolerance below 1e-3 asks more of the steps of a method whose runs forgive less") {
+        for (const char* name : {"auto", "ralston", "bogacki-shampine", "dormand-prince"})
+            for (const double tolerance : {1e-2, 1e-4, 1e-8})
+                CHECK(step_tolerance(scheme_named(name), tolerance) == tolerance);
+        const Scheme& chebyshev = scheme_named("chebyshev");
+        CHECK(step_tolerance(chebyshev, 1e-2) == 1e-2);
+        CHECK(step_tolerance(chebyshev, 1e-3) == 1e-3);
+        CHECK(step_tolerance(chebyshev, 1e-5) == doctest::Approx(1e-6).epsilon(1e-12)); // (1e-2)^(3/2) of 1e-3
+    }
+
     TEST_CASE_FIXTURE(fields::OneThread, "the memory of another scheme is nothing to a stepper") {
         const Scene scene = fields::scene_on({8, 6, 2.0, 2.0}, Model::full, {U, 0.0});
         auto earlier = stepper_for("extrapolated", scene, flowing(scene));

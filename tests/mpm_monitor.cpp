@@ -4,6 +4,7 @@
 
 #include <ductile/mpm/monitor.hpp>
 #include <ductile/mpm/options.hpp>
+#include <ductile/mpm/output.hpp>
 
 #include <algorithm>
 
@@ -86,6 +87,61 @@ TEST_CASE("what rigid bodies and body forces do is work, and what flow dissipate
     CHECK(ledger.dissipated == 0.5);
     CHECK(ledger.work_magnitude == doctest::Approx(1.1));
     CHECK(std::abs(ledger.error()) < 1e-12);
+}
+
+TEST_CASE("a row tells the ledger and the momenta under their names") {
+    Run run;
+    Particles& p = run.b.state.particles;
+    for (std::size_t i = 0; i < p.size(); ++i) { // a rotation about (0.5, 0.1) with 3 rad/s, and what moves all
+        p.velocity_x[i] = 0.7 - 3.0 * (p.y[i] - 0.1);
+        p.velocity_y[i] = -0.4 + 3.0 * (p.x[i] - 0.5);
+    }
+    const Ledger ledger{.at_start = 1.0,
+                        .kinetic = 2.0,
+                        .elastic = 4.0,
+                        .rigid_work = 8.0,
+                        .body_work = 16.0,
+                        .dissipated = 32.0,
+                        .of_method = 64.0};
+    for (const Geometry geometry : {Geometry::plane_strain, Geometry::axisymmetric}) {
+        Problem problem;
+        problem.scene = run.b.scene;
+        problem.scene.geometry = geometry;
+        problem.start = run.b.state;
+        std::vector<double> row;
+        LastStep last;
+        last.contact_forces = {{-5.0, 6.0}};
+        append_row(problem, {run.b.state, 0.0, last.contact_forces}, last, ledger, row);
+        const std::vector<std::string> names = history_columns(problem);
+        REQUIRE(names.size() == row.size());
+        const auto at = [&](const std::string& name) {
+            const auto found = std::ranges::find(names, name);
+            REQUIRE(found != names.end());
+            return row[static_cast<std::size_t>(found - names.begin())];
+        };
+        CHECK(at("work_of_rigid_bodies_J") == 8.0);
+        CHECK(at("work_of_body_force_J") == 16.0);
+        CHECK(at("plastic_dissipation_J") == 32.0);
+        CHECK(at("numerical_dissipation_J") == 64.0);
+        CHECK(at("energy_error_J") == 2.0 + 4.0 + 32.0 - 1.0 - 8.0 - 16.0);
+        CHECK(at("plate_force_x_N") == -5.0);
+        CHECK(at("plate_force_y_N") == 6.0);
+        double momentum_x = 0.0, momentum_y = 0.0, angular = 0.0;
+        for (std::size_t i = 0; i < p.size(); ++i) {
+            momentum_x += p.mass[i] * p.velocity_x[i];
+            momentum_y += p.mass[i] * p.velocity_y[i];
+            angular += p.mass[i] * (p.x[i] * p.velocity_y[i] - p.y[i] * p.velocity_x[i]);
+        }
+        CHECK(momentum_y == doctest::Approx(1.6 * (-0.4 + 3.0 * -0.1)).epsilon(1e-12));
+        CHECK(at("momentum_y_Ns") == doctest::Approx(momentum_y).epsilon(1e-12));
+        CHECK((std::ranges::find(names, "momentum_x_Ns") == names.end()) == (geometry == Geometry::axisymmetric));
+        if (geometry == Geometry::axisymmetric)
+            continue;
+        CHECK(momentum_x == doctest::Approx(1.6 * (0.7 - 3.0 * 0.3)).epsilon(1e-12));
+        CHECK(at("momentum_x_Ns") == doctest::Approx(momentum_x).epsilon(1e-12));
+        CHECK(at("angular_momentum_Nms") == doctest::Approx(angular).epsilon(1e-12));
+        CHECK(std::abs(angular) > 0.1);
+    }
 }
 
 TEST_CASE("a rigid body that loses what it pulled is said; one that moves off after pressing is not") {
