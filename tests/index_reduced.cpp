@@ -476,6 +476,9 @@ TEST_SUITE("index_reduced") {
                 break;
         CHECK(!control.retry_shorter(control.next(0.0, 1e9))); // below the smallest step
         StepControl fixed(grid, FixedSteps{1.0});
+        CHECK(fixed.next(0.0, 1.02).dt == 1.0);
+        CHECK(fixed.next(0.0, 1.009).dt == 1.009); // no sliver of a step after it
+        CHECK(fixed.next(0.0, 1.009).lands);
         CHECK(!fixed.retry_shorter(fixed.next(0.0, 9.0)));
         CHECK(fixed.judge(fixed.next(0.0, 9.0), {.measure = 1e9}));
     }

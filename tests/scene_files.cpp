@@ -215,10 +215,10 @@ TEST_CASE("every scene file runs") {
         // nothing in it is doubtful, but that such a short run has few steps
         const auto summary = nlohmann::json::parse(scratch::read(folder / "run/summary.json"));
         for (const auto& warning : summary.at("warnings")) {
-            const auto text = warning.get<std::string>();
-            const bool known = contains(text, "beyond the end") || contains(text, "the steps have damped") ||
-                               contains(text, "are lost in steps") || contains(text, "holds nodes half a cell beyond");
-            CHECK_MESSAGE(known, text);
+            const auto sentence = warning.get<std::string>();
+            const bool known = contains(sentence, "beyond the end") || contains(sentence, "the steps have damped") ||
+                               contains(sentence, "are lost in steps") || contains(sentence, "holds nodes half a cell beyond");
+            CHECK_MESSAGE(known, sentence);
         }
     }
     CHECK(files >= 20);

@@ -127,6 +127,7 @@ TEST_CASE("wrong options end with status 2 and a message, and leave nothing behi
         refused({"--operator", "full", "--scheme", scheme},
                 std::string("--operator full: with this stiffness the scheme ") + scheme);
     refused({"--operator", "full"}, "--operator exact, or a projection scheme (--scheme incremental)");
+    refused({"--operator", "full", "--scheme", "extrapolated"}, "is unstable at every step length: use --operator exact");
     refused({"--scheme", "leapfrog"}, "--scheme leapfrog: it must be one of auto, euler, substepped, incremental");
     refused({"--snapshots", "0,-1"}, "element '-1' is wrong");
     refused({"--threads", "0"}, "--threads 0");

@@ -288,6 +288,10 @@ StepControl make_step_control(const Options& o, const Scene& scene) {
 std::unique_ptr<Space> make_space(const Options& o, const Scene& scene) { return make_space(scene, o.solver, o.stiffness); }
 
 std::unique_ptr<TimeStepper> make_time_stepper(const Options& o, const Scene& scene, std::unique_ptr<Space> space) {
+    if (o.stiffness == Stiffness::full && o.scheme == "extrapolated")
+        throw InputError(
+            "--operator full: with this stiffness the scheme extrapolated is unstable at every step length: use --operator "
+            "exact, or --scheme incremental");
     if (o.stiffness == Stiffness::full && scheme_named(o.scheme).kind != SchemeKind::projection)
         throw InputError(
             fmt::format("--operator full: with this stiffness the scheme {} drifts out of equilibrium, and nothing brings "

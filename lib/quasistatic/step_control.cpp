@@ -64,7 +64,9 @@ StepControl::Step StepControl::next(double time, double target) {
             "time stands still: the next step (limit: {}) is {:.3g} of the time that is left until the next output, so the run "
             "would not end; load more slowly, or not so long, or take a scheme for stiff problems, or a looser tolerance",
             to_string(limit_), planned_ / left));
-    if (planned_ >= left * (1.0 - 1e-6)) // a sliver of a step is worth less than a step longer by a millionth
+    // a sliver of a step is worth less than a step that is a little longer; equal steps have no other way to avoid it
+    const double stretch = std::holds_alternative<FixedSteps>(policy_) ? 1e-2 : 1e-6;
+    if (planned_ >= left * (1.0 - stretch))
         return {.dt = left, .end = target, .lands = true, .limit = planned_ > left * (1.0 + 1e-6) ? StepLimit::output : limit_};
     if (planned_ > 0.5 * left && !std::holds_alternative<FixedSteps>(policy_))
         return {.dt = 0.5 * left, .end = time + 0.5 * left, .limit = StepLimit::output};
