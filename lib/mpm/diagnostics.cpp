@@ -143,6 +143,18 @@ Connectivity connectivity_of(const Grid& grid, const Particles& particles) {
     return sum;
 }
 
+double share_in_other_cells(const Grid& grid, const Particles& start, const Particles& now) {
+    std::vector<Cell> cells(start.size());
+    for (std::size_t p = 0; p < start.size(); ++p)
+        cells[static_cast<std::size_t>(start.id[p])] = cell_of(grid, start.x[p], start.y[p]);
+    std::size_t moved = 0;
+    for (std::size_t p = 0; p < now.size(); ++p) {
+        const Cell &before = cells[static_cast<std::size_t>(now.id[p])], after = cell_of(grid, now.x[p], now.y[p]);
+        moved += before.i != after.i || before.j != after.j ? 1 : 0;
+    }
+    return static_cast<double>(moved) / static_cast<double>(std::max<std::size_t>(now.size(), 1));
+}
+
 PressureOscillation pressure_oscillation(const Grid& grid, const Particles& particles) {
     struct Mean {
         double volume = 0.0, pressure = 0.0, x = 0.0, y = 0.0;

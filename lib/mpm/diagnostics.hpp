@@ -30,6 +30,9 @@ struct Connectivity {
 
 [[nodiscard]] Connectivity connectivity_of(const Grid& grid, const Particles& particles);
 
+/// The share of the particles, by number, whose cell is not the one they were in at the start, in any order of either.
+[[nodiscard]] double share_in_other_cells(const Grid& grid, const Particles& start, const Particles& now);
+
 /// Root mean squares over all particles, by volume [Pa].
 struct PressureOscillation {
     double pressure =

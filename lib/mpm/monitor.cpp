@@ -130,7 +130,7 @@ void Monitor::observe(const Observation& seen, double smallest_determinant, Tall
     raise(tally["enclosed_empty_cells"][0], c.enclosed_empty_cells);
 }
 
-void Monitor::conclude(const Observation& seen, const Tally& tally, io::RunSummary& summary) const {
+void Monitor::conclude(const Observation& seen, const Tally& tally, const Particles& start, io::RunSummary& summary) const {
     const auto warn = [&](const std::string& sentence) { summary.warnings.push_back(sentence); };
     const Ledger energies = ledger(seen, tally);
     summary.extra["kinetic_energy_J"] = energies.kinetic;
@@ -160,6 +160,13 @@ void Monitor::conclude(const Observation& seen, const Tally& tally, io::RunSumma
                              seen.state.rigid_bodies[b].name, lost));
     if (const double most = tally.at("enclosed_empty_cells")[0]; most > 0.0)
         summary.extra["most_enclosed_empty_cells"] = most;
+    if (scene_.shape == ShapeFunction::linear)
+        if (const double moved = share_in_other_cells(scene_.grid, start, seen.state.particles); moved > 0.1)
+            warn(fmt::format(
+                "{:.2g} of the particles have crossed into other cells, where the stress of linear shape functions jumps: "
+                "it is off by tens of per cent beside cell edges, and finer cells do not help; compare with --shape gimp "
+                "or bspline",
+                moved));
     const PressureOscillation oscillation = pressure_oscillation(scene_.grid, seen.state.particles);
     if (oscillation.pressure > 2.0 * oscillation.equivalent && oscillation.pressure > 1e-9 * largest_young_modulus(scene_))
         warn(fmt::format(

@@ -37,6 +37,7 @@ struct Ledger {
 /// - a rigid body that lets go of particles it pulled: F_b pointed from it to them, and from one step to the next no node is
 ///   shared. A gap that opens under a pull is one of cells without particles; one that opens under pressure, as in a rebound, or
 ///   under less than a tenth of the largest force, is none;
+/// - particles that are in other cells than at the start, with shape functions whose gradients jump at the edges;
 /// - pressure_oscillation() at the end, above twice the equivalent stress: volumetric locking.
 class Monitor {
 public:
@@ -49,7 +50,8 @@ public:
     /// At the start, and after every step.
     void observe(const Observation& seen, double smallest_determinant, Tally& tally) const;
     [[nodiscard]] Ledger ledger(const Observation& seen, const Tally& tally) const;
-    void conclude(const Observation& seen, const Tally& tally, io::RunSummary& summary) const;
+    /// `start`: the particles at the start of the run.
+    void conclude(const Observation& seen, const Tally& tally, const Particles& start, io::RunSummary& summary) const;
 
 private:
     void watch_contact(const Observation& seen, Tally& tally) const;

@@ -203,7 +203,7 @@ public:
         summary.extra["shortened_newton_steps"] = total.at("backtracks");
         summary.extra["simulated_time_s"] = state_.time;
         summary.extra["particles"] = state_.particles.size();
-        monitor_.conclude(seen(), tally_, summary);
+        monitor_.conclude(seen(), tally_, problem_.start.particles, summary);
         if (problem_.conclusions.conclude)
             problem_.conclusions.conclude(seen(), tally_, summary.extra);
     }
