@@ -18,7 +18,7 @@ struct EnergyFlow {
     double work = 0.0;        ///< of the walls on what is between them
     double dissipation = 0.0; ///< sum of sigma : D^pl dA
     double transport = 0.0;   ///< sum of -sigma : C^-1 : (v . grad) sigma dA. By the equations it is the elastic energy times div
-                            ///< v; what differences make of that is their error
+                              ///< v; what differences make of that is their error
 
     friend EnergyFlow operator+(const EnergyFlow& a, const EnergyFlow& b) {
         return {a.work + b.work, a.dissipation + b.dissipation, a.transport + b.transport};
