@@ -193,6 +193,16 @@ TEST_CASE("particles that have crossed cells are said where gradients jump there
     }
 }
 
+TEST_CASE("a particle at half or twice its density is said") {
+    for (const auto& [ratio, figure] : {std::pair{1.9, ""}, {2.1, "2.1 times"}, {0.53, ""}, {0.4, "0.4 times"}}) {
+        Run run;
+        run.b.state.particles.density[7] *= ratio;
+        const std::string said = run.warning();
+        CHECK(said.empty() == std::string_view(figure).empty());
+        CHECK(contains(said, figure));
+    }
+}
+
 TEST_CASE("a step that leaves a particle little of its volume is said with its figure") {
     Run run;
     run.see(0.1, 0.31);

@@ -155,6 +155,18 @@ double share_in_other_cells(const Grid& grid, const Particles& start, const Part
     return static_cast<double>(moved) / static_cast<double>(std::max<std::size_t>(now.size(), 1));
 }
 
+double largest_change_of_density(const Particles& start, const Particles& now) {
+    std::vector<double> density(start.size());
+    for (std::size_t p = 0; p < start.size(); ++p)
+        density[static_cast<std::size_t>(start.id[p])] = start.density[p];
+    double largest = 1.0;
+    for (std::size_t p = 0; p < now.size(); ++p)
+        if (const double ratio = now.density[p] / density[static_cast<std::size_t>(now.id[p])];
+            !(std::abs(std::log(ratio)) <= std::abs(std::log(largest))))
+            largest = ratio;
+    return largest;
+}
+
 PressureOscillation pressure_oscillation(const Grid& grid, const Particles& particles) {
     struct Mean {
         double volume = 0.0, pressure = 0.0, x = 0.0, y = 0.0;

@@ -33,6 +33,9 @@ struct Connectivity {
 /// The share of the particles, by number, whose cell is not the one they were in at the start, in any order of either.
 [[nodiscard]] double share_in_other_cells(const Grid& grid, const Particles& start, const Particles& now);
 
+/// The density of a particle over that at the start, where it has changed most; 1 without particles.
+[[nodiscard]] double largest_change_of_density(const Particles& start, const Particles& now);
+
 /// Root mean squares over all particles, by volume [Pa].
 struct PressureOscillation {
     double pressure =

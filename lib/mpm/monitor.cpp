@@ -167,8 +167,16 @@ void Monitor::conclude(const Observation& seen, const Tally& tally, const Partic
                 "it is off by tens of per cent beside cell edges, and finer cells do not help; compare with --shape gimp "
                 "or bspline",
                 moved));
+    const double density = largest_change_of_density(start, seen.state.particles);
+    const bool keeps_volume = density > 0.5 && density < 2.0;
+    if (!keeps_volume)
+        warn(fmt::format(
+            "the density of a particle has become {:.3g} times what it was: elastic laws of small changes of volume mean "
+            "nothing there; load it less, or stiffen the material",
+            density));
     const PressureOscillation oscillation = pressure_oscillation(scene_.grid, seen.state.particles);
-    if (oscillation.pressure > 2.0 * oscillation.equivalent && oscillation.pressure > 1e-9 * largest_young_modulus(scene_))
+    if (keeps_volume && oscillation.pressure > 2.0 * oscillation.equivalent &&
+        oscillation.pressure > 1e-9 * largest_young_modulus(scene_))
         warn(fmt::format(
             "the mean stress differs between neighbouring particles by {:.3g} Pa (root mean square), {:.3g} times the "
             "equivalent stress: the particles lock in a deformation that keeps the volume, and stresses and forces come "

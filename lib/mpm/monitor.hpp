@@ -38,6 +38,7 @@ struct Ledger {
 ///   shared. A gap that opens under a pull is one of cells without particles; one that opens under pressure, as in a rebound, or
 ///   under less than a tenth of the largest force, is none;
 /// - particles that are in other cells than at the start, with shape functions whose gradients jump at the edges;
+/// - particles at half or twice their density;
 /// - pressure_oscillation() at the end, above twice the equivalent stress: volumetric locking.
 class Monitor {
 public:
