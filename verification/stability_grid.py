@@ -206,7 +206,7 @@ def find_references(scenes, arguments):
         tight = TIGHTEST if options["cells"] == SMALL["cells"] else TIGHT
         for which, list_of in (("A", first), ("B", second)):
             list_of.append(maps.Case("references", {"scene": label, "of": which}, "shear_band", {**options, **tight[which]},
-                                     lambda folder: maps.Judgement(0.0, 1.0), limit=60))
+                                     lambda folder: maps.Judgement(0.0, 1.0), limit=20))
     found, results = {}, maps.run_cases([*first, *second], arguments.program.parent, arguments.work, arguments.jobs)
     for scene, options, a, b in zip(scenes, scenes.values(), results[:len(first)], results[len(first):]):
         if a.status == 0 and b.status == 0:
@@ -496,9 +496,9 @@ def book(files):
 
     crossed("bath temperature", "bath [K]", {T: {"stz-bath-temperature": T} for T in BATHS}, HOW)
     crossed("wall rate", "rate over the paper's", {f"{r:g}": {"wall-velocity": common.WALL * r, "duration": DURATION / r} for r in RATES},
-            [how for how in HOW if how != "incremental, adaptive"], limit=40)
+            [how for how in HOW if how != "incremental, adaptive"])
     crossed("compressibility", "K/mu", {r: {"bulk-modulus": r * common.SHEAR} for r in MODULI}, FEW)
-    crossed("yield stress", "yield stress [Pa]", {f"{Y:g}": {"yield-stress": Y} for Y in YIELDS}, FEW, limit=40)
+    crossed("yield stress", "yield stress [Pa]", {f"{Y:g}": {"yield-stress": Y} for Y in YIELDS}, FEW)
     crossed("cells", "cells", {cells: {"cells": cells} for cells in CELLS}, FEW)
     crossed("domain", "width x height [m]",
             {f"{w:g} x {h:g}": {"width": w, "height": h, "wall-velocity": common.WALL * h / 0.02} for w, h in DOMAINS},
@@ -520,7 +520,7 @@ def book(files):
     crossed("corner", "corner width", {w: {"stz-corner": w} for w in CORNERS}, FEW)
     for model in BOTH:
         crossed(f"one point, {model}", "scene", {name: {"initial": "uniform", "model": model, **scene} for name, scene in UNIFORM.items()},
-                HOW if model == "full" else FEW, point=True)
+                HOW if model == "full" else FEW, point=True, limit=60)
     for solver in ("fourier", "cholesky"):
         for operator in ("exact", "full"):
             for how in ("auto", "incremental", "extrapolated", "substepped"):
