@@ -133,7 +133,7 @@ inline void check_uniform(const Field& f, double value, double bound) {
 }
 
 inline std::unique_ptr<Space> space_for(const Scene& scene, Stiffness stiffness = Stiffness::exact) {
-    return make_space(scene, SolverKind::fastest, stiffness);
+    return make_space(scene, {.stiffness = stiffness, .advection = Advection::eno2});
 }
 
 // the verbs of a space of its own each

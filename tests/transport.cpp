@@ -28,14 +28,34 @@ double eno(double u, const std::array<double, 5>& f) {
     return one;
 }
 
+constexpr double bend = 1e-6; // the e of weno3
+
+/// Jiang & Peng's weighted difference as they print it, in first differences D_m = f_{m+1} - f_m, times 2h.
+double literal_weno(double u, std::array<double, 5> f) {
+    if (u == 0.0)
+        return f[3] - f[1];
+    if (u < 0.0) // the mirror image
+        std::reverse(f.begin(), f.end());
+    const double d0 = f[1] - f[0], d1 = f[2] - f[1], d2 = f[3] - f[2];
+    const double r = (bend + (d1 - d0) * (d1 - d0)) / (bend + (d2 - d1) * (d2 - d1));
+    const double w = 1.0 / (1.0 + 2.0 * r * r);
+    const double difference = (d1 + d2) - w * (d0 - 2.0 * d1 + d2);
+    return u > 0.0 ? difference : -difference;
+}
+
+double weno(double u, const std::array<double, 5>& f) {
+    const Weno3Difference<double> one(u, f[0], f[1], f[2], f[3], f[4], bend);
+    return one.centred + one.bend * one.numerator / one.denominator;
+}
+
 /// -(v . grad) f of a whole field, as the sweeps call it.
-Field rates(const Grid& grid, Field& f, const Field& u, const Field& v) {
+template <Advection advection = Advection::eno2> Field rates(const Grid& grid, Field& f, const Field& u, const Field& v) {
     extrapolate_to_ghost_rows(f);
     Field result(grid.cells_y, grid.cells_x);
     for (int j = 0; j < grid.cells_y; ++j)
         for (int i = 0; i < grid.cells_x; i += pack_size)
-            store(advection_rate(f.row(j) + i, f.stride(), load(u.row(j) + i), load(v.row(j) + i), 0.5 / grid.dx(),
-                                 0.5 / grid.dy()),
+            store(advection_rate<advection>(f.row(j) + i, f.stride(), load(u.row(j) + i), load(v.row(j) + i), 0.5 / grid.dx(),
+                                            0.5 / grid.dy(), bend),
                   result.row(j) + i);
     return result;
 }
@@ -119,45 +139,132 @@ TEST_SUITE("transport") {
                 }
     }
 
+    TEST_CASE_FIXTURE(fields::OneThread, "weno3 is Jiang and Peng's mean, lane by lane, in x and in y") {
+        std::mt19937 engine(5);
+        std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+        for (int repeat = 0; repeat < 400; ++repeat) {
+            const double size = std::pow(10.0, -2.0 * (repeat % 4)); // beyond, near and below the smallest bend
+            const Grid grid{5, 5, 5.0, 2.5};
+            Field f = cell_field(grid), u(5, 5), v(5, 5);
+            fields::fill_randomly(f, engine, -size, size);
+            fields::fill_randomly(u, engine, -1.0, 1.0);
+            fields::fill_randomly(v, engine, -1.0, 1.0);
+            u(2, 2) = repeat % 7 == 0 ? 0.0 : u(2, 2);
+            const Field rate = rates<Advection::weno3>(grid, f, u, v);
+            const std::array row{f(0, 2), f(1, 2), f(2, 2), f(3, 2), f(4, 2)};
+            const std::array column{f(2, 0), f(2, 1), f(2, 2), f(2, 3), f(2, 4)};
+            CHECK(std::abs(weno(u(2, 2), row) - literal_weno(u(2, 2), row)) < 1e-14 * size);
+            const double expected = -(u(2, 2) * literal_weno(u(2, 2), row) / 2.0 + v(2, 2) * literal_weno(v(2, 2), column));
+            CHECK(std::abs(rate(2, 2) - expected) < 1e-14 * size);
+        }
+    }
+
+    TEST_CASE_FIXTURE(fields::OneThread, "weno3's rate follows small changes smoothly, eno2's jumps") {
+        // through the tie of the second differences, where ENO changes its stencil
+        const auto jump = [](auto difference) {
+            double largest = 0.0;
+            constexpr double step = 1e-6;
+            for (int k = -1000; k < 1000; ++k) {
+                const auto at = [&](double s) { return difference(1.0, std::array{0.0, 0.3, 0.8, 1.5 + s, 0.0}); };
+                largest = std::max(largest, std::abs(at((k + 1) * step) - at(k * step)) / step);
+            }
+            return largest;
+        };
+        CHECK(jump(weno) < 10.0);
+        CHECK(jump([](double u, const std::array<double, 5>& f) { return eno(u, f); }) < 10.0); // the same value on both sides
+        const auto signs = [](auto difference) { // second differences of opposite sign: both formulas differ where they tie
+            const auto at = [&](double s) { return difference(1.0, std::array{0.0, 0.4, 0.6, 1.0 + s, 0.0}); };
+            return std::abs(at(1e-9) - at(-1e-9));
+        };
+        CHECK(signs([](double u, const std::array<double, 5>& f) { return eno(u, f); }) > 0.3);
+        CHECK(signs(weno) < 1e-8);
+    }
+
+    TEST_CASE_FIXTURE(fields::OneThread, "weno3 keeps to the wind's side of a kink") {
+        for (const double left : {-1.0, 0.3})
+            for (const double right : {2.0, -0.7})
+                for (int kink = -3; kink <= 3; ++kink) {
+                    std::array<double, 5> f;
+                    for (int k = -2; k <= 2; ++k)
+                        f[static_cast<std::size_t>(k + 2)] = (k - kink) * (k < kink ? left : right);
+                    CHECK(weno(1.0, f) == doctest::Approx(2.0 * (kink >= 0 ? left : right)).epsilon(1e-5));
+                    CHECK(weno(-1.0, f) == doctest::Approx(2.0 * (kink > 0 ? left : right)).epsilon(1e-5));
+                }
+    }
+
+    TEST_CASE_FIXTURE(fields::OneThread, "weno3 is of third order on smooth data, for both winds in both directions") {
+        for (const double u : {0.8, -0.8})
+            for (const double v : {0.6, -0.6}) {
+                double previous = 0.0;
+                for (const int n : {80, 160, 320}) {
+                    const Grid grid{n + 1, n, 2.0, 2.0};
+                    Field f = cell_field(grid);
+                    const auto value = [](double x, double y) { return std::sin(pi * x) * std::cos(1.7 * y + 0.4); };
+                    for (int j = 0; j < grid.cells_y; ++j)
+                        for (int i = 0; i < grid.cells_x; ++i)
+                            f(i, j) = value(grid.x(i + 0.5), grid.y(j + 0.5));
+                    fields::wrap(f);
+                    const Field rate = rates<Advection::weno3>(grid, f, constant(grid, u), constant(grid, v));
+                    double mean = 0.0;
+                    for (int j = 2; j < grid.cells_y - 2; ++j)
+                        for (int i = 0; i < grid.cells_x; ++i) {
+                            const double x = grid.x(i + 0.5), y = grid.y(j + 0.5);
+                            const double exact = -u * pi * std::cos(pi * x) * std::cos(1.7 * y + 0.4) +
+                                                 v * 1.7 * std::sin(pi * x) * std::sin(1.7 * y + 0.4);
+                            mean += std::abs(rate(i, j) - exact) / (grid.cells_x * grid.cells_y);
+                        }
+                    if (previous > 0.0)
+                        CHECK(std::log2(previous / mean) > 2.8);
+                    previous = mean;
+                }
+                CHECK(previous < 3e-6);
+            }
+    }
+
     TEST_CASE_FIXTURE(fields::OneThread, "a hat carried once around the domain keeps its bounds") {
-        const Grid grid{64, 4, 2.0, 2.0};
-        for (const double speed : {1.0, -1.0}) {
-            Field f = cell_field(grid);
-            for (int j = 0; j < 4; ++j)
-                for (int i = 0; i < 64; ++i)
-                    f(i, j) = std::max(0.0, 1.0 - 2.5 * std::abs(grid.x(i + 0.5)));
-            fields::wrap(f);
-            const Field initial = f, u = constant(grid, speed), v = constant(grid, 0.0);
-            const int steps = 256; // Courant number 1/4
-            const double dt = 2.0 / steps;
-            double low = 0.0, high = 0.0;
-            for (int n = 0; n < steps; ++n) { // Heun's method
-                const auto advance = [&](const Field& from, const Field& rate, Field& to) {
-                    for (int j = 0; j < 4; ++j)
-                        for (int i = 0; i < 64; ++i)
-                            to(i, j) = from(i, j) + dt * rate(i, j);
-                    fields::wrap(to);
-                };
-                Field trial = f;
-                advance(f, rates(grid, f, u, v), trial);
-                Field end = trial;
-                advance(trial, rates(grid, trial, u, v), end);
+        for (const bool smooth : {false, true}) {
+            const Grid grid{64, 4, 2.0, 2.0};
+            for (const double speed : {1.0, -1.0}) {
+                Field f = cell_field(grid);
                 for (int j = 0; j < 4; ++j)
                     for (int i = 0; i < 64; ++i)
-                        f(i, j) = 0.5 * (f(i, j) + end(i, j));
+                        f(i, j) = std::max(0.0, 1.0 - 2.5 * std::abs(grid.x(i + 0.5)));
                 fields::wrap(f);
-                for (int i = 0; i < 64; ++i) {
-                    low = std::min(low, f(i, 1));
-                    high = std::max(high, f(i, 1));
+                const Field initial = f, u = constant(grid, speed), v = constant(grid, 0.0);
+                const int steps = 256; // Courant number 1/4
+                const double dt = 2.0 / steps;
+                const auto rate_of = [&](Field& field) {
+                    return smooth ? rates<Advection::weno3>(grid, field, u, v) : rates(grid, field, u, v);
+                };
+                double low = 0.0, high = 0.0;
+                for (int n = 0; n < steps; ++n) { // Heun's method
+                    const auto advance = [&](const Field& from, const Field& rate, Field& to) {
+                        for (int j = 0; j < 4; ++j)
+                            for (int i = 0; i < 64; ++i)
+                                to(i, j) = from(i, j) + dt * rate(i, j);
+                        fields::wrap(to);
+                    };
+                    Field trial = f;
+                    advance(f, rate_of(f), trial);
+                    Field end = trial;
+                    advance(trial, rate_of(trial), end);
+                    for (int j = 0; j < 4; ++j)
+                        for (int i = 0; i < 64; ++i)
+                            f(i, j) = 0.5 * (f(i, j) + end(i, j));
+                    fields::wrap(f);
+                    for (int i = 0; i < 64; ++i) {
+                        low = std::min(low, f(i, 1));
+                        high = std::max(high, f(i, 1));
+                    }
                 }
+                CHECK(low > -0.01);
+                CHECK(high < 1.0);
+                CHECK(high > 0.85);
+                double mean_error = 0.0;
+                for (int i = 0; i < 64; ++i)
+                    mean_error += std::abs(f(i, 1) - initial(i, 1)) / 64.0;
+                CHECK(mean_error < 0.04); // it came back: half a cell away would cost as much again
             }
-            CHECK(low > -0.01);
-            CHECK(high < 1.0);
-            CHECK(high > 0.85);
-            double mean_error = 0.0;
-            for (int i = 0; i < 64; ++i)
-                mean_error += std::abs(f(i, 1) - initial(i, 1)) / 64.0;
-            CHECK(mean_error < 0.04); // it came back: half a cell away would cost as much again
         }
     }
 

@@ -117,12 +117,16 @@ void declare_time(io::Program& program, Options& o) {
     program.option("--velocity-passes", o.velocity_passes,
                    help("index-reduced schemes: elliptic solves a right-hand side at most; fewer are taken where they suffice",
                         "", io::between(1, 20)));
-    program.choice("--equilibrium", o.solver,
+    program.choice("--equilibrium", o.space.solver,
                    {{"fastest", SolverKind::fastest}, {"fourier", SolverKind::fourier}, {"cholesky", SolverKind::cholesky}},
                    help("solver of the elliptic problem"));
     program.choice(
-        "--operator", o.stiffness, {{"exact", Stiffness::exact}, {"full", Stiffness::full}},
+        "--operator", o.space.stiffness, {{"exact", Stiffness::exact}, {"full", Stiffness::full}},
         help("one-point stiffness (exact projection), or, in projection schemes, the fully integrated one of the paper (S.20)"));
+    program.choice(
+        "--advection", o.space.advection, {{"weno3", Advection::weno3}, {"eno2", Advection::eno2}},
+        help("differences of the advection: smooth ones of third order, or the paper's of second order, which jump from "
+             "stencil to stencil"));
 }
 
 void declare_output(io::Program& program, Options& o) {
@@ -285,14 +289,14 @@ StepControl make_step_control(const Options& o, const Scene& scene) {
     return {scene.grid, steps};
 }
 
-std::unique_ptr<Space> make_space(const Options& o, const Scene& scene) { return make_space(scene, o.solver, o.stiffness); }
+std::unique_ptr<Space> make_space(const Options& o, const Scene& scene) { return make_space(scene, o.space); }
 
 std::unique_ptr<TimeStepper> make_time_stepper(const Options& o, const Scene& scene, std::unique_ptr<Space> space) {
-    if (o.stiffness == Stiffness::full && o.scheme == "extrapolated")
+    if (o.space.stiffness == Stiffness::full && o.scheme == "extrapolated")
         throw InputError(
             "--operator full: with this stiffness the scheme extrapolated is unstable at every step length: use --operator "
             "exact, or --scheme incremental");
-    if (o.stiffness == Stiffness::full && scheme_named(o.scheme).kind != SchemeKind::projection)
+    if (o.space.stiffness == Stiffness::full && scheme_named(o.scheme).kind != SchemeKind::projection)
         throw InputError(
             fmt::format("--operator full: with this stiffness the scheme {} drifts out of equilibrium, and nothing brings "
                         "it back: use --operator exact, or a projection scheme (--scheme incremental)",
@@ -335,7 +339,8 @@ std::string describe(const Options& o, const Scene& scene, const TimeStepper& st
         g.cells_x, g.cells_y, o.width, o.height, unknowns, describe(o.material), driven(scene.walls.shear, o.shear_traction),
         driven(scene.walls.opening, o.normal_traction), scene.model == Model::full ? "full" : "reduced",
         scheme_named(o.scheme).meaning, o.step == StepChoice::fixed ? "fixed" : "adaptive",
-        o.solver == SolverKind::cholesky ? "cholesky" : "fourier", o.stiffness == Stiffness::exact ? "exact" : "fully integrated",
+        o.space.solver == SolverKind::cholesky ? "cholesky" : "fourier",
+        o.space.stiffness == Stiffness::exact ? "exact" : "fully integrated",
         (static_cast<double>(stepper.memory_bytes()) + overhead_bytes(g)) * 1e-6, threads, threads == 1 ? "" : "s");
 }
 

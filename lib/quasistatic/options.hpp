@@ -35,8 +35,7 @@ struct Options {
     std::string shear_traction, normal_traction;  ///< unless empty, force control of that component
 
     std::string scheme = "auto"; ///< see schemes()
-    Stiffness stiffness = Stiffness::exact;
-    SolverKind solver = SolverKind::fastest;
+    SpaceOptions space;
     StepChoice step = StepChoice::adaptive;
     std::string dt = "auto"; ///< seconds, or 0.5e4 t_s h/L (Sec. 8.1)
     std::string tolerance = "auto";

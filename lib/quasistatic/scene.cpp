@@ -9,8 +9,8 @@ std::vector<std::string> field_names(const Scene& scene) {
     return names;
 }
 
-std::unique_ptr<Space> make_space(const Scene& scene, SolverKind solver, Stiffness stiffness) {
-    return make_staggered_space(scene.grid, {scene.law, scene.model == Model::full}, solver, stiffness);
+std::unique_ptr<Space> make_space(const Scene& scene, const SpaceOptions& options) {
+    return make_staggered_space(scene.grid, {scene.law, scene.model == Model::full}, options);
 }
 
 } // namespace ductile::quasistatic

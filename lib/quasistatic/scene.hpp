@@ -29,6 +29,6 @@ struct Scene {
 [[nodiscard]] std::vector<std::string> field_names(const Scene& scene);
 
 /// The scene's grid and material as verbs. Throws InputError for an impossible grid or elasticity.
-[[nodiscard]] std::unique_ptr<Space> make_space(const Scene& scene, SolverKind solver, Stiffness stiffness = Stiffness::exact);
+[[nodiscard]] std::unique_ptr<Space> make_space(const Scene& scene, const SpaceOptions& options = {});
 
 } // namespace ductile::quasistatic

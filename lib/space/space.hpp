@@ -3,6 +3,7 @@
 #include <ductile/ode/rk21.hpp>
 #include <ductile/space/cells.hpp>
 #include <ductile/space/equilibrium_solver.hpp>
+#include <ductile/space/transport.hpp>
 #include <ductile/time/system.hpp>
 
 #include <algorithm>
@@ -13,6 +14,13 @@
 /// A discretisation in space of the quasi-static equations as verbs: all loops over rows, cells and nodes are behind them, and
 /// whoever integrates in time sees states, velocities and one call a sweep.
 namespace ductile {
+
+/// How a space discretises.
+struct SpaceOptions {
+    SolverKind solver = SolverKind::fastest;
+    Stiffness stiffness = Stiffness::exact;
+    Advection advection = Advection::weno3;
+};
 
 /// What fills a space. All in natural units.
 struct Medium {
@@ -185,7 +193,6 @@ private:
 };
 
 /// The staggered grid of Lu & Rycroft, Sec. 2.1, with its elliptic solver. Throws InputError for an impossible grid or medium.
-[[nodiscard]] std::unique_ptr<Space> make_staggered_space(const Grid& grid, const Medium& medium, SolverKind solver,
-                                                          Stiffness stiffness = Stiffness::exact);
+[[nodiscard]] std::unique_ptr<Space> make_staggered_space(const Grid& grid, const Medium& medium, const SpaceOptions& options);
 
 } // namespace ductile
