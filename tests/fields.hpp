@@ -161,7 +161,9 @@ public:
     [[nodiscard]] const State& state() const { return state_; }
     [[nodiscard]] double time_scale() { return stepper_->time_scale(state_); }
     [[nodiscard]] double limit_step(double dt) { return stepper_->limit_step(state_, dt); }
-    StepAttempt attempt(double dt, double end, const Judge& judge) { return stepper_->attempt(state_, dt, end, judge); }
+    StepAttempt attempt(double dt, double end, const Judge& judge, const Within& within = {}) {
+        return stepper_->attempt(state_, dt, end, judge, within);
+    }
     /// One step that is accepted whatever it was like.
     StepAttempt advance(double dt, double end) {
         return attempt(dt, end, [](const StepAttempt&) { return true; });

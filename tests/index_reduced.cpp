@@ -237,36 +237,45 @@ TEST_SUITE("index_reduced") {
             const PassOptions passes{.largest = 10, .tolerance = 1e-12};
             const State within = run("dormand-prince", scene, start, time, 40, passes);
             const State end = run("dormand-prince", scene, start, dt, 100, passes);
-            for (const std::string scheme : fused_schemes) {
-                CAPTURE(scheme);
+            for (const Scheme& scheme : schemes()) {
+                CAPTURE(scheme.name);
                 CAPTURE(static_cast<int>(model));
-                const auto stepper = make_stepper(scheme, scene, fields::space_for(scene), {.passes = passes});
-                State state = start, at{.cells = stepper->space().make_cells(), .velocity = stepper->space().make_velocity()};
-                REQUIRE(stepper->interpolates());
-                double estimate = 0.0;
-                REQUIRE(stepper
-                            ->attempt(state, dt, dt,
-                                      [&](const StepAttempt& made) {
-                                          estimate = made.error;
-                                          stepper->interpolate(state, time, at);
-                                          return true;
-                                      })
-                            .accepted);
+                const bool fused = scheme.kind == SchemeKind::index_reduced, projected = scheme.kind == SchemeKind::projection;
+                const SchemeOptions options{
+                    .passes = passes, .tolerance = 1e-5, .fixed_steps = scheme.steps == Scheme::Steps::fixed};
+                const auto stepper = make_stepper(scheme.name, scene, fields::space_for(scene), options);
+                State state = start, alone = start;
+                std::vector<State> shown;
+                const auto show = [&](const State& at) { shown.push_back(at); };
+                const auto accept = [](const StepAttempt&) { return true; };
+                // the second step has a past, which some schemes make use of
+                (void)stepper->attempt(state, 0.1 * dt, 0.1 * dt, accept);
+                const StepAttempt made = stepper->attempt(state, 0.9 * dt, dt, accept, {std::array{0.2 * dt, time}, show});
+                REQUIRE(made.accepted);
+                REQUIRE(shown.size() == 2);
+                const State& at = shown[1];
+                CHECK(shown[0].time == 0.2 * dt);
                 CHECK(at.time == time);
+                const auto other = make_stepper(scheme.name, scene, fields::space_for(scene), options);
+                (void)other->attempt(alone, 0.1 * dt, 0.1 * dt, accept);
+                (void)other->attempt(alone, 0.9 * dt, dt, accept);
+                CHECK(fields::same_bits(alone, state)); // whether it is looked at or not
                 VectorField force = stepper->space().make_velocity();
-                CHECK(stepper->space().equilibrium_residual(at.cells.stress, force) < 1e-13);
+                CHECK(stepper->space().equilibrium_residual(at.cells.stress, force) < (scheme.name == "ida" ? 1e-6 : 1e-12));
                 const Distance here = distance(at, within), there = distance(state, end);
                 CHECK(there.stress > 1e-12);
-                const double allowed = scheme == "dormand-prince" ? 1e-7 : 0.1 * estimate; // whose end has one order more
+                const double allowed = projected ? 0.0 // SUNDIALS and its cubics may be off by the tolerance
+                                       : !fused  ? options.tolerance
+                                       : scheme.name == "dormand-prince" ? 1e-7
+                                                                         : 0.1 * made.error;
                 CHECK(here.stress < 2.0 * there.stress + allowed);
                 CHECK(here.internal < 2.0 * there.internal + allowed);
                 CHECK(here.velocity < 2.0 * there.velocity + allowed);
-                CHECK(at.velocity.u(0, scene.grid.cells_y) == doctest::Approx(1.08 * U).epsilon(1e-12));
+                if (!projected) // there v belongs to the middle of the step
+                    CHECK(at.velocity.u(0, scene.grid.cells_y) == doctest::Approx(1.08 * U).epsilon(1e-12));
                 CHECK(std::abs(at.cells.energy.work - within.cells.energy.work) <
                       2.0 * std::abs(state.cells.energy.work - end.cells.energy.work) + allowed);
             }
-            CHECK(!make_stepper("incremental", scene, fields::space_for(scene), {})->interpolates());
-            CHECK(!make_stepper("arkode-3", scene, fields::space_for(scene), {})->interpolates());
         }
     }
 

@@ -27,9 +27,8 @@ State scene() {
 constexpr double never = 1e300;
 
 /// Takes a step as a run does.
-StepControl::Step take(StepControl& control, State& state, int newton_iterations = 3, bool touching = false,
-                       double output_time = never) {
-    const StepControl::Step step = control.next(state, output_time);
+StepControl::Step take(StepControl& control, State& state, int newton_iterations = 3, bool touching = false, double end = never) {
+    const StepControl::Step step = control.next(state, end);
     move_rigid_bodies(state, step.dt);
     state.time = step.end;
     control.accepted(step, newton_iterations, std::vector<std::int64_t>(state.rigid_bodies.size(), touching ? 1 : 0));
@@ -182,7 +181,7 @@ TEST_CASE("steps end at output times; the rest of a step that was cut follows, a
         } while (!step.lands);
         CHECK(taken == steps);
         CHECK(state.time == output); // to the bit
-        CHECK(step.limit == (steps == 4 ? StepLimit::target : StepLimit::output_time));
+        CHECK(step.limit == (steps == 4 ? StepLimit::target : StepLimit::end));
     }
     CHECK(control.next(state, never).dt == doctest::Approx(0.1)); // all but 1e-11 s of it
     state.time += control.next(state, never).dt;

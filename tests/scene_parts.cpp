@@ -240,10 +240,11 @@ TEST_CASE("particles from CSV and from HDF5 have what the file says, and the res
 }
 
 TEST_CASE("snapshots at equal intervals, beside those asked for") {
-    CHECK(io::snapshot_times({0.05}, 0.0, 1.0) == std::vector{0.05});
-    CHECK(io::snapshot_times({0.05}, 0.5, 1.2) == std::vector{0.05, 0.0, 0.5, 1.0});
-    CHECK(io::snapshot_times({}, 0.1, 0.3).size() == 4); // 3 * 0.1 > 0.3 by round-off alone
-    CHECK(contains(message_of<InputError>([] { (void)io::snapshot_times({}, 1e-9, 1.0); }), "--snapshots-every 1e-09"));
+    CHECK(io::regular_times("--snapshots-every", {0.05}, 0.0, 1.0) == std::vector{0.05});
+    CHECK(io::regular_times("--snapshots-every", {0.05}, 0.5, 1.2) == std::vector{0.05, 0.0, 0.5, 1.0});
+    CHECK(io::regular_times("--snapshots-every", {}, 0.1, 0.3).size() == 4); // 3 * 0.1 > 0.3 by round-off alone
+    CHECK(contains(message_of<InputError>([] { (void)io::regular_times("--snapshots-every", {}, 1e-9, 1.0); }),
+                   "--snapshots-every 1e-09"));
 }
 
 TEST_CASE("initial fields from a file: the same grid, another one, and a stress that is brought into equilibrium") {

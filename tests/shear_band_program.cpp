@@ -4,6 +4,7 @@
 
 #include <ductile/io/checkpoint.hpp>
 #include <ductile/io/hdf5.hpp>
+#include <ductile/io/history.hpp>
 #include <ductile/quasistatic/checkpoint.hpp>
 
 #include <doctest/doctest.h>
@@ -28,7 +29,7 @@ namespace fs = std::filesystem;
 namespace {
 
 /// A run that goes well into the plastic flow in a few dozen steps.
-const Arguments fixed_steps = {"--step", "fixed", "--dt", "0.02"};
+const Arguments fixed_steps = {"--step", "fixed", "--dt", "0.01"};
 const Arguments small = {"--cells", "16x12", "--threads", "1", "--snapshots", "0,0.5,1", "--duration", "1"};
 const Arguments quick = small + fixed_steps;
 
@@ -172,7 +173,7 @@ TEST_CASE("a checkpoint that does not fit is refused and keeps its folder as it 
         CHECK(contents(folder / "run") == before);
     };
     refused(folder / "run/checkpoint.h5", {"--cells", "24"}, "--cells: the checkpoint has 16x12, this run asks for 24");
-    refused(folder / "run/checkpoint.h5", {"--duration", "0.9"}, "--duration 0.9: the checkpoint is at t = 0.98");
+    refused(folder / "run/checkpoint.h5", {"--duration", "0.9"}, "--duration 0.9: the checkpoint is at t = 0.99");
     refused(folder / "run/checkpoint.h5", {"--duration", "0.5"}, "a longer --duration goes on from there");
     refused(folder / "run/checkpoint.h5", {"--plasticity", "perzyna", "--duration", "2"},
             "--plasticity: the checkpoint has stz, this run asks for perzyna");
@@ -306,6 +307,41 @@ TEST_CASE("a run that was killed after its last checkpoint is brought to its end
             for (const char* key : {"status", "steps", "extra", "warnings"})
                 CHECK(summary(run_folder)[key] == told[key]);
         }
+    }
+}
+
+TEST_CASE("snapshots and rows at equal times change no bit of a run, and rows lie on its curve") {
+    for (const Arguments& how : {Arguments{},
+                                 {"--scheme", "incremental", "--step", "fixed", "--dt", "0.01"},
+                                 {"--scheme", "euler", "--step", "fixed", "--dt", "0.005"},
+                                 {"--scheme", "extrapolated"},
+                                 {"--scheme", "cvode-bdf"},
+                                 {"--scheme", "arkode-3"},
+                                 {"--scheme", "ida"},
+                                 {"--scheme", "mri", "--step", "fixed", "--dt", "0.01"}}) {
+        CAPTURE(how);
+        const scratch::Folder folder;
+        const Arguments scene = Arguments{"--cells", "12x10", "--threads", "1", "--duration", "0.9"} + how;
+        run_well(scene + Arguments{"--snapshots", "", "--output", folder / "bare"});
+        run_well(scene + Arguments{"--snapshots", "0.1,0.5,0.6,0.77", "--output", folder / "snapshots"});
+        run_well(scene + Arguments{"--snapshots", "", "--rows-every", "0.1", "--output", folder / "rows"});
+        CHECK(scratch::read(folder / "snapshots/history.csv") == scratch::read(folder / "bare/history.csv"));
+        for (const char* key : {"steps", "warnings"})
+            CHECK(summary(folder / "rows")[key] == summary(folder / "bare")[key]);
+        const io::HistoryTable rows = io::read_history(folder / "rows/history.csv"),
+                               bare = io::read_history(folder / "bare/history.csv");
+        const std::vector<double> time = rows.column("time_s"), traction = rows.column("wall_shear_traction_Pa"),
+                                  strain = rows.column("wall_strain"), work = rows.column("wall_work_J");
+        REQUIRE(time.size() == 10);
+        for (std::size_t k = 0; k < 10; ++k) {
+            CHECK(time[k] == doctest::Approx(0.1 * static_cast<double>(k)).epsilon(1e-12));
+            CHECK(strain[k] == doctest::Approx(strain.back() * time[k] / 0.9).epsilon(1e-9).scale(1e-9));
+        }
+        // elastic up to there, as the first rows of a run without errors: tau = mu gamma, work = tau gamma/2
+        CHECK(traction[1] == doctest::Approx(37.4e9 * strain[1]).epsilon(2e-3));
+        CHECK(work[2] == doctest::Approx(0.5 * traction[2] * strain[2] * 0.02 * 0.02).epsilon(5e-3));
+        CHECK(traction.back() == bare.column("wall_shear_traction_Pa").back());
+        CHECK(work.back() == bare.column("wall_work_J").back());
     }
 }
 

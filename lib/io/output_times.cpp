@@ -12,33 +12,42 @@ namespace {
 bool equal(double a, double b, double end_s) { return std::abs(a - b) <= 1e-12 * end_s; }
 } // namespace
 
-OutputTimes::OutputTimes(double end_s, std::span<const double> snapshots_s) : end_s_(end_s) {
-    for (const double time : snapshots_s)
-        if (const double t = same(time, end_s) ? end_s : time; t <= end_s)
-            snapshots_s_.push_back(t);
-    std::ranges::sort(snapshots_s_, std::greater<>());
-    const auto repeated =
-        std::unique(snapshots_s_.begin(), snapshots_s_.end(), [this](double a, double b) { return same(a, b); });
-    snapshots_s_.erase(repeated, snapshots_s_.end());
+OutputTimes::OutputTimes(double end_s, std::span<const double> snapshots_s, std::span<const double> rows_s)
+    : end_s_(end_s), snapshots_s_(snapshots_s.begin(), snapshots_s.end()), rows_s_(rows_s.begin(), rows_s.end()) {
+    merge(snapshots_s_);
+    merge(rows_s_);
+    all_s_ = snapshots_s_;
+    all_s_.insert(all_s_.end(), rows_s_.begin(), rows_s_.end());
+    all_s_.push_back(end_s);
+    merge(all_s_);
+}
+
+/// One of times that are the same, the end if it is among them, in their order.
+void OutputTimes::merge(std::vector<double>& times_s) const {
+    for (double& time : times_s)
+        time = same(time, end_s_) ? end_s_ : time;
+    std::erase_if(times_s, [this](double time) { return time > end_s_; });
+    std::ranges::sort(times_s, std::greater<>());
+    const auto repeated = std::unique(times_s.begin(), times_s.end(), [this](double a, double b) { return same(a, b); });
+    times_s.erase(repeated, times_s.end());
 }
 
 bool OutputTimes::same(double a, double b) const { return equal(a, b, end_s_); }
 
-bool OutputTimes::is_snapshot(double time_s) const { return std::ranges::find(snapshots_s_, time_s) != snapshots_s_.end(); }
+bool OutputTimes::is_among(const std::vector<double>& times_s, double time_s) const {
+    return std::ranges::any_of(times_s, [&](double time) { return same(time, time_s); });
+}
 
 std::vector<double> OutputTimes::after(double time_s) const {
-    std::vector<double> times;
-    if (!is_snapshot(end_s_))
-        times.push_back(end_s_);
-    times.insert(times.end(), snapshots_s_.begin(), snapshots_s_.end());
-    std::erase_if(times, [&](double t) { return t < time_s || same(t, time_s); });
+    std::vector<double> times = all_s_;
+    std::erase_if(times, [&](double t) { return reached(t, time_s); });
     return times;
 }
 
-std::vector<double> snapshot_times(std::vector<double> times_s, double every_s, double end_s) {
+std::vector<double> regular_times(std::string_view option, std::vector<double> times_s, double every_s, double end_s) {
     if (every_s > 0.0 && !(end_s / every_s <= 1e6))
-        throw InputError(fmt::format("--snapshots-every {}: these would be {:.3g} snapshots up to {:g} s: take a longer interval",
-                                     every_s, end_s / every_s, end_s));
+        throw InputError(fmt::format("{} {}: these would be {:.3g} times up to {:g} s: take a longer interval", option, every_s,
+                                     end_s / every_s, end_s));
     for (double k = 0.0; every_s > 0.0 && k * every_s <= end_s * (1.0 + 1e-12); k += 1.0)
         times_s.push_back(k * every_s);
     return times_s;

@@ -105,12 +105,14 @@ void declare_run(io::Program& program, Options& o) {
         return io::OptionHelp{"Run", std::move(meaning), std::move(units), allowed, io::Restart::may_change};
     };
     program.option("--duration", o.duration, help("the end of the run; a step ends there", "s"));
-    program.option("--snapshots", o.snapshots,
-                   help("times of the snapshots in fields.h5: t1,t2,...; a step ends at each", "s", io::not_negative));
+    program.option("--snapshots", o.snapshots, help("times of the snapshots in fields.h5: t1,t2,...", "s", io::not_negative));
     program.option("--snapshots-every", o.snapshots_every,
                    help("snapshots at the times 0, T, 2 T, ... besides; 0: none", "s", io::not_negative));
     program.option("--history-every", o.history_every,
                    help("rows of history.csv: the start, every n-th step, and the end", "", io::at_least(1)));
+    program.option(
+        "--rows-every", o.rows_every,
+        help("rows of history.csv at the times 0, T, 2 T, ... instead, wherever steps end; 0: at steps", "s", io::not_negative));
 }
 
 double number_or_auto(const std::string& text, const char* option, double automatic) {
@@ -305,7 +307,8 @@ run::Outputs make_outputs(const Options& o, const State& start) {
             fmt::format("--duration {}: the checkpoint is at t = {:.6g} s already: a longer --duration goes on from there",
                         o.duration, start.time));
     return {.duration_s = o.duration,
-            .snapshots_s = io::snapshot_times(o.snapshots, o.snapshots_every, o.duration),
+            .snapshots_s = io::regular_times("--snapshots-every", o.snapshots, o.snapshots_every, o.duration),
+            .rows_s = io::regular_times("--rows-every", {}, o.rows_every, o.duration),
             .history_every = o.history_every};
 }
 

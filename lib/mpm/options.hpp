@@ -52,6 +52,7 @@ struct Options {
     std::vector<double> snapshots = {};
     double snapshots_every = 0.0;
     int history_every = 1;
+    double rows_every = 0.0;
 };
 
 /// Declares them all, grouped by topic.

@@ -90,7 +90,7 @@ public:
         : problem_(problem), state_(state), stepper_(stepper), control_(control), monitor_(problem.scene, monitor),
           touching_(state.rigid_bodies.size(), 0) {
         last_.contact_forces = contact_forces_at_start(problem_);
-        see(problem_.start);
+        see({problem_.start, last_.dt, last_.contact_forces, energies_}, last_, tally_);
         if (!checkpoint)
             return;
         restore(*checkpoint, control_, tally_);
@@ -100,9 +100,17 @@ public:
     [[nodiscard]] double time_s() const override { return state_.time; }
     [[nodiscard]] std::int64_t step() const override { return state_.step; }
 
-    [[nodiscard]] run::Attempt attempt(const std::vector<double>& output_times_s, FunctionRef<void()>,
-                                       FunctionRef<void()>) override {
-        step_ = control_.next(state_, output_times_s.back());
+    [[nodiscard]] bool attempt(const std::vector<double>& output_times_s, FunctionRef<void()> before_end,
+                               FunctionRef<void()> output) override {
+        const double end = output_times_s.front();
+        step_ = control_.next(state_, end);
+        if (step_.lands)
+            before_end();
+        const bool passes = is_within_step(output_times_s.back(), end);
+        if (passes) {
+            before_ = state_;
+            plan_before_ = control_.plan();
+        }
         if (!(state_.time + step_.dt > state_.time))
             throw RunError(fmt::format(
                 "step {} at t = {:.6g} s would be {:.3g} s long ({}), too short to change the time: look for a speed or "
@@ -114,7 +122,7 @@ public:
             if (!control_.failed(step_))
                 throw RunError(fmt::format("step {} at t = {:.6g} s failed even with dt = {:.3g} s: {}; {}", state_.step + 1,
                                            state_.time, step_.dt, outcome.reason, remedy(outcome.failure)));
-            return run::Attempt::refused;
+            return false;
         }
         if (control_.options().ends_at_contact) {
             std::fill(touching_.begin(), touching_.end(), 0);
@@ -135,19 +143,22 @@ public:
         last_.newton_iterations = outcome.newton_iterations;
         last_.linear_iterations = outcome.linear_iterations;
         energies_ = outcome.energies;
-        return step_.lands ? run::Attempt::landed : run::Attempt::accepted;
+        find_contact_forces(last_);
+        if (passes)
+            show_within(output_times_s, output);
+        return true;
     }
 
-    void observe(bool) override {
-        const std::span<const double> force = stepper_.force();
-        for (std::size_t b = 0; b < last_.contact_forces.size(); ++b)
-            last_.contact_forces[b] = contact_force(stepper_.discretisation().nodes(), force, static_cast<std::int32_t>(b));
-        see(state_);
-    }
+    void observe(bool) override { see({state_, last_.dt, last_.contact_forces, energies_}, last_, tally_); }
 
     [[nodiscard]] std::vector<std::string> columns() const override { return history_columns(problem_); }
 
-    void row(std::vector<double>& row) override { append_row(problem_, seen(), last_, monitor_.ledger(seen(), tally_), row); }
+    void row(std::vector<double>& row) override {
+        if (within_)
+            append_row(problem_, within_->seen(), within_->last, monitor_.ledger(within_->seen(), within_->tally), row);
+        else
+            append_row(problem_, seen(), last_, monitor_.ledger(seen(), tally_), row);
+    }
 
     [[nodiscard]] run::Curve curve() const override {
         return {problem_.curve_x, problem_.curve_y, problem_.label_x, problem_.label_y};
@@ -169,7 +180,7 @@ public:
                                                         {"cells_y", grid.cells_y}});
     }
 
-    void snapshot(double) override { write_snapshot(problem_.scene, state_, *snapshots_); }
+    void snapshot(double) override { write_snapshot(problem_.scene, within_ ? within_->state : state_, *snapshots_); }
 
     void describe(io::Checkpoint& content) override {
         mpm::describe(state_, control_, tally_, content);
@@ -225,14 +236,70 @@ private:
                 "stiffness changes much from cell to cell",
                 state_.step, state_.time, step_.dt, short_steps_));
     }
+    /// A state between two steps, with what goes with it.
+    struct Within {
+        State state;
+        LastStep last;
+        StepEnergies energies;
+        Tally tally;
+
+        [[nodiscard]] Observation seen() const { return {state, last.dt, last.contact_forces, energies}; }
+    };
+
     [[nodiscard]] Observation seen() const { return {state_, last_.dt, last_.contact_forces, energies_}; }
 
     /// What summary numbers need, of every step.
-    void see(const State& state) {
-        const Observation seen{state, last_.dt, last_.contact_forces, energies_};
-        monitor_.observe(seen, last_.smallest_determinant, tally_);
+    void see(const Observation& seen, const LastStep& last, Tally& tally) const {
+        monitor_.observe(seen, last.smallest_determinant, tally);
         if (problem_.conclusions.observe)
-            problem_.conclusions.observe(seen, tally_);
+            problem_.conclusions.observe(seen, tally);
+    }
+
+    /// Of the step that the stepper has just made.
+    void find_contact_forces(LastStep& last) {
+        const std::span<const double> force = stepper_.force();
+        for (std::size_t b = 0; b < last.contact_forces.size(); ++b)
+            last.contact_forces[b] = contact_force(stepper_.discretisation().nodes(), force, static_cast<std::int32_t>(b));
+    }
+
+    /// A time that is before the end of `step_`, as io::OutputTimes tells times apart.
+    [[nodiscard]] bool is_within_step(double time, double end) const { return time < step_.end - 1e-12 * end; }
+
+    /// Shows what lies within the step that was made from `before_`: where shorter steps from there end.
+    void show_within(const std::vector<double>& output_times_s, FunctionRef<void()> output) {
+        try {
+            while (is_within_step(output_times_s.back(), output_times_s.front())) {
+                within_ = Within{before_, last_, {}, tally_};
+                go_to(output_times_s.back(), *within_);
+                within_->state.step = before_.step;
+                output();
+                within_.reset();
+            }
+        } catch (...) { // the step is not made
+            within_.reset();
+            state_ = before_;
+            control_.restore(plan_before_);
+            throw;
+        }
+    }
+
+    void go_to(double time, Within& at) {
+        for (double longest = time - at.state.time; at.state.time < time;) {
+            const double dt = std::min(longest, time - at.state.time);
+            const StepOutcome outcome =
+                stepper_.attempt(at.state, dt, at.state.time + dt < time - 1e-12 * step_.end ? at.state.time + dt : time);
+            if (outcome.accepted) {
+                at.last = {dt, outcome.smallest_determinant, static_cast<double>(outcome.newton_iterations),
+                           static_cast<double>(outcome.linear_iterations), std::move(at.last.contact_forces)};
+                at.energies = outcome.energies;
+                find_contact_forces(at.last);
+                see(at.seen(), at.last, at.tally);
+            } else if (longest = 0.5 * dt; longest < 1e-9 * step_.dt) {
+                throw RunError(fmt::format("the state at the output time {:.6g} s cannot be found: a step from t = {:.6g} s of "
+                                           "{:.3g} s failed: {}; {}",
+                                           time, at.state.time, dt, outcome.reason, remedy(outcome.failure)));
+            }
+        }
     }
 
     const Problem& problem_;
@@ -253,6 +320,9 @@ private:
     int short_steps_ = 0;   // in a row, see check_progress()
     std::optional<io::ParticleSnapshotWriter> snapshots_;
     StepControl::Step step_;
+    State before_; // a step that passes output times
+    StepControl::Plan plan_before_;
+    std::optional<Within> within_;       // what is written, unless it is the state
     std::vector<std::int64_t> touching_; // 1 for each rigid body that holds nodes
 };
 

@@ -54,7 +54,7 @@ std::vector<Way> ways(const RigidBody& body, double time, const Grid& grid) {
 
 const char* to_string(StepLimit limit) {
     constexpr const char* names[] = {"--dt",         "ramp",    "failed step", "Newton iterations",
-                                     "rigid travel", "contact", "output time", "knot of a history"};
+                                     "rigid travel", "contact", "end",         "knot of a history"};
     return names[static_cast<int>(limit)];
 }
 
@@ -65,7 +65,7 @@ StepControl::Step StepControl::by_rigid_bodies(const State& state) const {
     constexpr StepLimit reasons[] = {StepLimit::ramp, StepLimit::failed_step, StepLimit::newton_iterations};
     Step step{planned, plan_.next < options_.target ? reasons[static_cast<int>(plan_.shortened)] : StepLimit::target, planned};
     if (plan_.rest > 0.0)
-        step = {std::min(plan_.rest, planned), StepLimit::output_time, planned};
+        step = {std::min(plan_.rest, planned), StepLimit::end, planned};
     const double now = state.time + sliver();
     constexpr double largest_travel = 0.99; // of a cell
     for (const RigidBody& body : state.rigid_bodies)
@@ -89,18 +89,18 @@ StepControl::Step StepControl::by_rigid_bodies(const State& state) const {
     return step;
 }
 
-StepControl::Step StepControl::next(const State& state, double output_time) const {
+StepControl::Step StepControl::next(const State& state, double end) const {
     Step step = by_rigid_bodies(state);
     double knot = infinity;
     for (const RigidBody& body : state.rigid_bodies)
         knot = std::min(knot, body.velocity.next_knot(state.time + sliver()));
-    const bool lands = !(knot < output_time - sliver());
-    const double goal = lands ? output_time : knot, left = goal - state.time;
+    const bool lands = !(knot < end - sliver());
+    const double goal = lands ? end : knot, left = goal - state.time;
     step.end = state.time + step.dt;
     if (step.dt < left * (1.0 - 1e-6))
         return step;
     if (step.dt > left * (1.0 + 1e-6)) {
-        step.limit = lands ? StepLimit::output_time : StepLimit::history_knot;
+        step.limit = lands ? StepLimit::end : StepLimit::history_knot;
         step.first_contact = false; // that comes later
     }
     step.dt = left;
@@ -111,7 +111,7 @@ StepControl::Step StepControl::next(const State& state, double output_time) cons
 
 void StepControl::accepted(const Step& step, int newton_iterations, std::span<const std::int64_t> touching) {
     const double taken = step.limit == StepLimit::rigid_travel ? step.dt : step.planned;
-    const bool cut = step.limit == StepLimit::history_knot || (step.lands && step.limit == StepLimit::output_time);
+    const bool cut = step.limit == StepLimit::history_knot || (step.lands && step.limit == StepLimit::end);
     const double rest = cut ? std::min(plan_.rest > 0.0 ? plan_.rest : step.planned, step.planned) - step.dt : 0.0;
     plan_.rest = rest > smallest_rest * step.planned ? rest : 0.0;
     if (newton_iterations > options_.many_newton_iterations) {

@@ -10,7 +10,7 @@
 namespace ductile::mpm {
 
 /// What limits a step.
-enum class StepLimit { target, ramp, failed_step, newton_iterations, rigid_travel, contact, output_time, history_knot };
+enum class StepLimit { target, ramp, failed_step, newton_iterations, rigid_travel, contact, end, history_knot };
 /// For the progress line.
 [[nodiscard]] const char* to_string(StepLimit limit);
 
@@ -21,7 +21,7 @@ enum class StepLimit { target, ramp, failed_step, newton_iterations, rigid_trave
 /// - about a cell of a rigid body's way at most: it would pass through what it is to push, without an error;
 /// - half as long after a failure;
 /// - 0.7 times as long after a step that needed many Newton iterations; no longer after one that needed half as many;
-/// - to the next output time or knot of a rigid body's history at most, and exactly there: the rest of a step that was cut so is
+/// - to the end or the next knot of a rigid body's history at most, and exactly there: the rest of a step that was cut so is
 ///   the next one, and steps fall where they would without.
 class StepControl {
 public:
@@ -38,17 +38,17 @@ public:
     struct Step {
         double dt = 0.0;
         StepLimit limit = StepLimit::target;
-        double planned = 0.0;       ///< its length but for rigid bodies and output times
+        double planned = 0.0;       ///< its length but for rigid bodies, knots and the end
         bool first_contact = false; ///< it ends where a rigid body that touches nothing reaches new nodes
-        double end = 0.0;           ///< the time then: exactly the output time or the knot, where it ends there
-        bool lands = false;         ///< it ends at the output time
+        double end = 0.0;           ///< the time then: exactly the end or the knot, where it ends there
+        bool lands = false;         ///< it ends at the end
     };
 
     explicit StepControl(const Options& options) : options_(options), plan_{.next = options.first} {}
 
-    /// The next step from state.time towards the next output time > state.time. A sliver of a step is worth less than a step that
+    /// The next step from state.time towards the end > state.time. A sliver of a step is worth less than a step that
     /// is longer by a millionth.
-    [[nodiscard]] Step next(const State& state, double output_time) const;
+    [[nodiscard]] Step next(const State& state, double end) const;
     /// `touching`: for each rigid body whether it holds a node that carries mass.
     void accepted(const Step& step, int newton_iterations, std::span<const std::int64_t> touching);
     /// Halves the step; false once it is 2^-30 of the target: then it is no use going on.
@@ -60,7 +60,7 @@ public:
     /// What a checkpoint must hold.
     struct Plan {
         double next = 0.0; ///< length of the next step
-        double rest = 0.0; ///< of the step that an output time cut, to be taken before; 0: none
+        double rest = 0.0; ///< of the step that a knot cut, to be taken before; 0: none
         Shortened shortened = Shortened::by_ramp;
         std::vector<std::int64_t> touching = {}; ///< as in accepted(); empty: no body touches anything
     };

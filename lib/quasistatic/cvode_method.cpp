@@ -18,7 +18,7 @@ public:
 
     [[nodiscard]] double advance(const time::Step<CellState>& step) override {
         const std::span<double> values = stages_.begin(step);
-        cvode_.integrate(values, 0.0, step.dt);
+        cvode_.integrate(values, 0.0, step.dt, {}, stages_.dense(step));
         system_.unpack(values, step.next);
         return stages_.finish(step);
     }

@@ -29,7 +29,7 @@ public:
         pack_wall(step.start_rate.wall, std::span(y_));
         system_.pack(step.start_rate, cells_of(std::span(rates_)));
         std::ranges::fill(std::span(rates_).subspan(stages_.size()), 0.0); // of all that is algebraic
-        ida_.integrate(y_, rates_, 0.0, step.dt);
+        ida_.integrate(y_, rates_, 0.0, step.dt, stages_.dense(step));
         system_.unpack(cells_of(std::span(y_)), step.next);
         return stages_.finish(step);
     }

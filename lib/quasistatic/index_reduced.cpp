@@ -92,19 +92,35 @@ double IndexReducedStepper::limit_step(State& state, double dt) {
     return begin;
 }
 
-StepAttempt IndexReducedStepper::attempt(State& state, double dt, double end, const Judge& judge) {
+StepAttempt IndexReducedStepper::attempt(State& state, double dt, double end, const Judge& judge, const Within& within) {
     const Timer timer;
     provide_rate(state);
     const Kept kept = kept_in(state);
     system_.begin_step(state.time, dt, end);
     system_.begin_velocities(state.velocity, kept.earlier_velocity, kept.earlier_step);
-    judged_.emplace(time::Step<CellState>{.start = state.cells,
-                                          .start_rate = kept.rate,
-                                          .next = next_,
-                                          .next_rate = next_rate_,
-                                          .dt = dt,
-                                          .relaxation = kept.relaxation,
-                                          .memory = kept.of_method});
+    fractions_.clear();
+    for (const double time : within.times)
+        fractions_.push_back(std::clamp((time - state.time) / dt, 0.0, 1.0));
+    if (!fractions_.empty() && !within_) {
+        within_ = State{.cells = space_->make_cells(), .velocity = space_->make_velocity()};
+        rate_within_ = space_->make_cells();
+    }
+    showing_ = false;
+    std::size_t shown = 0;
+    const auto show_next = [&](double fraction, CellState& cells) {
+        std::swap(within_->cells, cells);
+        show(state, fraction, within.times[shown++], within);
+        std::swap(within_->cells, cells);
+    };
+    const time::Step<CellState> step{.start = state.cells,
+                                     .start_rate = kept.rate,
+                                     .next = next_,
+                                     .next_rate = next_rate_,
+                                     .dt = dt,
+                                     .relaxation = kept.relaxation,
+                                     .memory = kept.of_method,
+                                     .within = fractions_,
+                                     .show = show_next};
     const auto fail = [&](const char* what) {
         return RunError(fmt::format(
             "step {} at t = {:.6g} s with dt = {:.3g} s: {}. The step is too large for this scene or the material data "
@@ -113,8 +129,10 @@ StepAttempt IndexReducedStepper::attempt(State& state, double dt, double end, co
     };
     double error = 0.0;
     try {
-        error = method_->advance(*judged_);
+        error = method_->advance(step);
     } catch (const RunError& failure) {
+        if (showing_)
+            throw; // what it was shown to failed, not the step
         throw fail(failure.what());
     }
     if (!std::isfinite(error))
@@ -125,21 +143,26 @@ StepAttempt IndexReducedStepper::attempt(State& state, double dt, double end, co
                        .relaxation_step = method_->relaxation_step(system_.latest().largest_relaxation, kept.of_method),
                        .advection_step = method_->courant_number(kept.of_method) / system_.latest().courant_rate};
     result.accepted = judge(result);
-    if (result.accepted)
-        accept(state, dt, end, error);
+    if (!result.accepted)
+        return result;
+    if (method_->interpolates())
+        for (const double fraction : fractions_) {
+            method_->interpolate(step, fraction, within_->cells);
+            show(state, fraction, within.times[shown++], within);
+        }
+    accept(state, dt, end, error);
     return result;
 }
 
-void IndexReducedStepper::interpolate(const State& state, double time, State& at) {
-    const double fraction = std::clamp((time - state.time) / judged_->dt, 0.0, 1.0);
-    method_->interpolate(*judged_, fraction, at.cells);
-    at.time = time;
-    at.step = state.step;
-    // the velocity that belongs to it, from a guess on the line through both ends
-    extrapolate(state.velocity, system_.velocity(), fraction - 1.0, at.velocity);
-    if (!rate_within_)
-        rate_within_ = space_->make_cells();
-    system_.lines().evaluate(at.cells, system_.told(fraction), at.velocity, *rate_within_);
+void IndexReducedStepper::show(const State& state, double fraction, double time, const Within& within) {
+    within_->time = time;
+    within_->step = state.step;
+    // from a guess on the line through the beginning and the latest velocity
+    extrapolate(state.velocity, system_.velocity(), fraction - 1.0, within_->velocity);
+    system_.lines().evaluate(within_->cells, system_.told(fraction), within_->velocity, *rate_within_);
+    showing_ = true;
+    within.show(*within_);
+    showing_ = false;
 }
 
 void IndexReducedStepper::accept(State& state, double dt, double end, double error) {

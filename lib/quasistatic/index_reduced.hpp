@@ -23,9 +23,7 @@ public:
     void adopt(State& state) const override;
     [[nodiscard]] double time_scale(State& state) override;
     [[nodiscard]] double limit_step(State& state, double dt) override;
-    StepAttempt attempt(State& state, double dt, double end, const Judge& judge) override;
-    [[nodiscard]] bool interpolates() const override { return method_->interpolates(); }
-    void interpolate(const State& state, double time, State& at) override;
+    StepAttempt attempt(State& state, double dt, double end, const Judge& judge, const Within& within) override;
     [[nodiscard]] StepperCounts counts() const override;
     [[nodiscard]] PhaseSeconds phase_seconds() const override;
     [[nodiscard]] std::size_t memory_bytes() const override;
@@ -33,6 +31,8 @@ public:
 
 private:
     void provide_rate(State& state);
+    /// Shows `cells` at a fraction of the current step, with the velocity that belongs to them.
+    void show(const State& state, double fraction, double time, const Within& within);
     void accept(State& state, double dt, double end, double error);
 
     std::string scheme_;
@@ -41,8 +41,10 @@ private:
     RateSystem system_;
     std::unique_ptr<CellMethod> method_;
     CellState next_, next_rate_;
-    std::optional<time::Step<CellState>> judged_; ///< the step that is
-    std::optional<CellState> rate_within_;        ///< room to work in, for interpolate()
+    std::optional<State> within_;          ///< the state that is shown within a step
+    std::optional<CellState> rate_within_; ///< room to work in for its velocity
+    std::vector<double> fractions_;        ///< of the step: the times within
+    bool showing_ = false;
     double attempt_seconds_ = 0.0;
 };
 

@@ -33,6 +33,10 @@ public:
         system_.put_into_equilibrium(step.next, 1.0, force_); // splitting leaves the constraint by its error
         return stages_.finish(step);
     }
+    [[nodiscard]] bool interpolates() const override { return true; }
+    void interpolate(const time::Step<CellState>& step, double fraction, CellState& y) const override {
+        system_.combine(time::cubic_within(step, fraction), y);
+    }
     [[nodiscard]] time::InnerCounts inner_counts() const override { return {mri_.counts().steps, mri_.counts().rejected}; }
     [[nodiscard]] int buffers() const override { return stages_.buffers; }
 

@@ -138,6 +138,9 @@ void declare_output(io::Program& program, Options& o) {
     program.option("--snapshots-every", o.snapshots_every,
                    help("snapshots at the times 0, T, 2 T, ... besides; 0: none", "s", io::not_negative));
     program.option("--history-every", o.history_every, help("rows of history.csv: every n-th step", "", io::at_least(1)));
+    program.option(
+        "--rows-every", o.rows_every,
+        help("rows of history.csv at the times 0, T, 2 T, ... instead, wherever steps end; 0: at steps", "s", io::not_negative));
 }
 
 } // namespace
@@ -272,9 +275,8 @@ StepControl make_step_control(const Options& o, const Scene& scene) {
     }
     if (o.dt != "auto")
         throw InputError(fmt::format("--dt {}: adaptive steps have no fixed length: add --step fixed, or leave --dt out", o.dt));
-    if (scheme_named(o.scheme).kind ==
-        SchemeKind::sundials) // one attempt from one target to the next: it has its own error control
-        return {scene.grid, FixedSteps{std::numeric_limits<double>::infinity()}};
+    if (scheme_named(o.scheme).kind == SchemeKind::sundials)
+        return {scene.grid, OwnSteps{}};
     if (const Scheme& scheme = scheme_named(o.scheme); scheme.kind == SchemeKind::index_reduced)
         return {scene.grid, ErrorSteps{.tolerance = step_tolerance(scheme, tolerance(o)), .order = scheme.estimate_order}};
     ProjectionSteps steps = o.projection_steps;
@@ -317,7 +319,8 @@ run::Outputs make_outputs(const Options& o, const Scene& scene, double start) {
             fmt::format("--duration {}: the checkpoint is at t = {:.6g} s already: a longer --duration goes on from there",
                         o.duration, start * scene.units.time));
     return {.duration_s = o.duration,
-            .snapshots_s = io::snapshot_times(o.snapshots, o.snapshots_every, o.duration),
+            .snapshots_s = io::regular_times("--snapshots-every", o.snapshots, o.snapshots_every, o.duration),
+            .rows_s = io::regular_times("--rows-every", {}, o.rows_every, o.duration),
             .history_every = o.history_every};
 }
 

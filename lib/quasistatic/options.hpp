@@ -48,6 +48,7 @@ struct Options {
     std::vector<double> snapshots{0.0, 0.46575, 0.9315, 1.4175}; ///< the times of Fig. 2
     double snapshots_every = 0.0;
     int history_every = 1;
+    double rows_every = 0.0;
 };
 
 /// Declares them all, grouped by topic.

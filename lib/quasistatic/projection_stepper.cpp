@@ -63,7 +63,29 @@ void ProjectionStepper::adopt(State& state) const {
     state.memory.numbers.assign(state.memory.names.size(), 0.0);
 }
 
-StepAttempt ProjectionStepper::attempt(State& state, double dt, double end, const Judge& judge) {
+StepAttempt ProjectionStepper::attempt(State& state, double dt, double end, const Judge& judge, const Within& within) {
+    if (within.times.empty())
+        return make_step(state, dt, end, judge);
+    // what lies within is where shorter steps from the same start end
+    before_ = state;
+    const StepAttempt result = make_step(state, dt, end, judge);
+    if (!result.accepted)
+        return result;
+    try {
+        for (const double time : within.times) {
+            within_ = before_;
+            make_step(*within_, time - before_->time, time, [](const StepAttempt&) { return true; });
+            within_->step = before_->step;
+            within.show(*within_);
+        }
+    } catch (...) {
+        state = *before_;
+        throw;
+    }
+    return result;
+}
+
+StepAttempt ProjectionStepper::make_step(State& state, double dt, double end, const Judge& judge) {
     Timer timer;
     adopt(state);
     const int top = scene_.grid.cells_y;

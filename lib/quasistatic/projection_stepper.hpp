@@ -3,6 +3,7 @@
 #include <ductile/quasistatic/time_stepper.hpp>
 
 #include <memory>
+#include <optional>
 
 namespace ductile::quasistatic {
 
@@ -52,7 +53,7 @@ public:
     [[nodiscard]] std::string_view scheme() const override;
     [[nodiscard]] Space& space() const override { return *space_; }
     void adopt(State& state) const override;
-    StepAttempt attempt(State& state, double dt, double end, const Judge& judge) override;
+    StepAttempt attempt(State& state, double dt, double end, const Judge& judge, const Within& within) override;
     [[nodiscard]] StepperCounts counts() const override;
     [[nodiscard]] PhaseSeconds phase_seconds() const override;
     [[nodiscard]] std::size_t memory_bytes() const override;
@@ -60,6 +61,7 @@ public:
 private:
     /// Of walls under force control, if nothing flowed.
     [[nodiscard]] WallVelocity elastic_walls(const WallRates& told) const;
+    StepAttempt make_step(State& state, double dt, double end, const Judge& judge);
     [[nodiscard]] double estimate_error(State& state, double dt, const WallVelocity& wall, double measure,
                                         const Rk21Counts& counts);
     [[nodiscard]] double change_of_increment(State& state, double dt);
@@ -73,9 +75,10 @@ private:
     Transport transport_;
     Projection projection_;
     CellState next_;
-    CellState middle_;          ///< sigma extrapolated to the middle of the step, with Transport::extrapolated
-    VectorField base_velocity_; ///< v_n with the walls' new velocity, where that differs, or extrapolated
-    VectorField correction_;    ///< force, then phi, then the new velocity
+    CellState middle_;                     ///< sigma extrapolated to the middle of the step, with Transport::extrapolated
+    VectorField base_velocity_;            ///< v_n with the walls' new velocity, where that differs, or extrapolated
+    std::optional<State> before_, within_; ///< the state before a step, and what a shorter one makes of it
+    VectorField correction_;               ///< force, then phi, then the new velocity
     long long substeps_ = 0, rejected_substeps_ = 0;
     double predictor_seconds_ = 0.0, velocity_seconds_ = 0.0;
 };

@@ -32,36 +32,49 @@ public:
     [[nodiscard]] double time_s() const override { return state_.time * scene_.units.time; }
     [[nodiscard]] std::int64_t step() const override { return state_.step; }
 
-    [[nodiscard]] run::Attempt attempt(const std::vector<double>& output_times_s, FunctionRef<void()> before_end,
-                                       FunctionRef<void()> output) override {
+    [[nodiscard]] bool attempt(const std::vector<double>& output_times_s, FunctionRef<void()> before_end,
+                               FunctionRef<void()> output) override {
         const double now = state_.time;
-        const double output_time = (stepper_.interpolates() ? output_times_s.front() : output_times_s.back()) / scene_.units.time;
-        const double goal = std::min(output_time, scene_.walls.next_knot(now));
+        const double end = output_times_s.front() / scene_.units.time;
+        const double goal = std::min(end, scene_.walls.next_knot(now));
         const StepControl::Step planned = control_.next(now, goal);
         step_ = StepControl::shortened(planned, now, stepper_.limit_step(state_, planned.dt));
-        if (stepper_.interpolates() && goal == output_time && (planned.lands || planned.limit == StepLimit::output))
+        if (goal == end && (planned.lands || planned.limit == StepLimit::output))
             before_end();
+        times_within_.clear();
+        for (auto time_s = output_times_s.rbegin(); time_s + 1 != output_times_s.rend(); ++time_s)
+            if (const double time = *time_s / scene_.units.time; time < step_.end - 1e-12 * end)
+                times_within_.push_back(time);
+        const auto show = [&](const State& at) {
+            shown_ = &at;
+            output();
+            shown_ = nullptr;
+        };
         judged_ = false;
+        const StepControl before = control_;
         StepAttempt attempt;
         try {
-            attempt = stepper_.attempt(state_, step_.dt, step_.end,
-                                       [&](const StepAttempt& made) { return judge(made, output_times_s, output); });
+            attempt = stepper_.attempt(state_, step_.dt, step_.end, [&](const StepAttempt& made) { return judge(made); },
+                                       {times_within_, show});
         } catch (const RunError&) {
-            if (judged_)
-                throw; // no number means anything from here on
+            shown_ = nullptr;
+            if (judged_) { // no number means anything from here on, and the step is not made
+                control_ = before;
+                throw;
+            }
             if (io::interrupted())
-                return run::Attempt::refused;
+                return false;
             if (!control_.retry_shorter(step_))
                 throw;
         }
         if (!attempt.accepted) {
             ++rejected_steps_;
-            return run::Attempt::refused;
+            return false;
         }
         relaxation_steps_ += step_.limit == StepLimit::relaxation ? 1 : 0;
         last_dt_ = step_.dt;
         last_measure_ = attempt.measure;
-        return output_times_s.back() / scene_.units.time <= state_.time ? run::Attempt::landed : run::Attempt::accepted;
+        return true;
     }
 
     void observe(bool last) override { watch_.observe(state_, last); }
@@ -86,19 +99,20 @@ public:
 
     void row(std::vector<double>& values) override {
         const Units& u = scene_.units;
-        const Observables o = space_.observe(state_.cells);
-        const EnergyFlow& passed = state_.cells.energy;
+        const State& state = shown();
+        const Observables o = space_.observe(state.cells);
+        const EnergyFlow& passed = state.cells.energy;
         const double half_height = 0.5 * scene_.grid.height;
-        const Velocity walls = wall_displacement(scene_, state_);
-        values.insert(values.end(), {time_s(), static_cast<double>(state_.step), last_dt_ * u.time, walls.u / half_height,
-                                     o.wall_traction * u.stress, o.normal_traction * u.stress, o.mean_magnitude * u.stress,
-                                     o.largest_magnitude * u.stress});
+        const Velocity walls = wall_displacement(scene_, state);
+        values.insert(values.end(), {state.time * u.time, static_cast<double>(state.step), last_dt_ * u.time,
+                                     walls.u / half_height, o.wall_traction * u.stress, o.normal_traction * u.stress,
+                                     o.mean_magnitude * u.stress, o.largest_magnitude * u.stress});
         const auto variables = scene_.law->variables();
         for (std::size_t k = 0; k < variables.size(); ++k)
             values.insert(values.end(), {o.smallest_internal[k] * variables[k].natural_unit,
                                          o.largest_internal[k] * variables[k].natural_unit});
-        values.insert(values.end(), {o.plastic_fraction, space_.equilibrium_residual(state_.cells.stress, force_), last_measure_,
-                                     walls.v / half_height, state_.velocity.u(0, scene_.grid.cells_y) / half_height / u.time,
+        values.insert(values.end(), {o.plastic_fraction, space_.equilibrium_residual(state.cells.stress, force_), last_measure_,
+                                     walls.v / half_height, state.velocity.u(0, scene_.grid.cells_y) / half_height / u.time,
                                      o.elastic_energy * joule(), passed.work * joule(), passed.dissipation * joule(),
                                      passed.transport * joule(), watch_.energy_error(o.elastic_energy, passed) * joule()});
     }
@@ -125,8 +139,7 @@ public:
 
     void snapshot(double time_s) override {
         const Units& u = scene_.units;
-        const State& shown = within_step_ ? *within_ : state_;
-        const CellState& cells = shown.cells;
+        const CellState& cells = shown().cells;
         Field magnitude(scene_.grid.cells_y, scene_.grid.cells_x);
         for (int j = 0; j < magnitude.rows(); ++j)
             for (int i = 0; i < magnitude.columns(); ++i) {
@@ -139,8 +152,8 @@ public:
                            io::SnapshotField{"tau", "Pa", cell, view(cells.stress.tau), u.stress},
                            io::SnapshotField{"q", "Pa", cell, view(cells.stress.q), u.stress},
                            io::SnapshotField{"deviatoric_magnitude", "Pa", cell, view(magnitude), u.stress},
-                           io::SnapshotField{"velocity_x", "m/s", corner, view(shown.velocity.u), u.velocity()},
-                           io::SnapshotField{"velocity_y", "m/s", corner, view(shown.velocity.v), u.velocity()}};
+                           io::SnapshotField{"velocity_x", "m/s", corner, view(shown().velocity.u), u.velocity()},
+                           io::SnapshotField{"velocity_y", "m/s", corner, view(shown().velocity.v), u.velocity()}};
         const auto variables = scene_.law->variables();
         for (std::size_t k = 0; k < variables.size(); ++k)
             fields.push_back({std::string(variables[k].name), std::string(variables[k].unit), cell, view(cells.internal[k]),
@@ -193,35 +206,15 @@ public:
 private:
     /// Of energies, of a metre of thickness.
     [[nodiscard]] double joule() const { return scene_.units.stress * scene_.units.length * scene_.units.length; }
+    /// What is written.
+    [[nodiscard]] const State& shown() const { return shown_ ? *shown_ : state_; }
     /// Throws RunError where the run must end.
-    [[nodiscard]] bool judge(const StepAttempt& made, const std::vector<double>& output_times_s, FunctionRef<void()> output) {
+    [[nodiscard]] bool judge(const StepAttempt& made) {
         judged_ = true;
-        const StepControl before = control_;
         if (!control_.judge(step_, made))
             return false;
         watch_.judge(made, state_.time, step_.dt);
-        if (!stepper_.interpolates())
-            return true;
-        try {
-            write_within(output_times_s, output);
-        } catch (...) { // the step is not made
-            control_ = before;
-            within_step_ = false;
-            throw;
-        }
         return true;
-    }
-
-    /// What the judged step passes before its end.
-    void write_within(const std::vector<double>& output_times_s, FunctionRef<void()> output) {
-        while (output_times_s.back() / scene_.units.time < step_.end) {
-            if (!within_)
-                within_ = State{.cells = space_.make_cells(), .velocity = space_.make_velocity()};
-            stepper_.interpolate(state_, output_times_s.back() / scene_.units.time, *within_);
-            within_step_ = true;
-            output();
-            within_step_ = false;
-        }
     }
 
     Scene scene_;
@@ -234,8 +227,8 @@ private:
     std::optional<io::SnapshotWriter> snapshots_;
     StepControl::Step step_;
     bool judged_ = false;                       // the attempted step
-    std::optional<State> within_;               // the state at an output time within it
-    bool within_step_ = false;                  // whether that is the one to show
+    std::vector<double> times_within_;          // it, to be shown
+    const State* shown_ = nullptr;              // unless it is state_
     double last_dt_ = 0.0, last_measure_ = 0.0; // of the last accepted step
     std::int64_t rejected_steps_ = 0, relaxation_steps_ = 0;
 };

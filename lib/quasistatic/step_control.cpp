@@ -48,11 +48,14 @@ const char* to_string(StepLimit limit) {
 
 StepControl::StepControl(const Grid& grid, const Policy& policy)
     : cell_area_(grid.cell_area()), policy_(policy), planned_(first_step(policy)),
-      limit_(std::holds_alternative<FixedSteps>(policy) ? StepLimit::fixed : StepLimit::growth) {}
+      limit_(std::holds_alternative<ProjectionSteps>(policy) || std::holds_alternative<ErrorSteps>(policy) ? StepLimit::growth
+                                                                                                           : StepLimit::fixed) {}
 
 void StepControl::start(double time_scale) {
     if (const auto* error = std::get_if<ErrorSteps>(&policy_))
         planned_ = time_scale * std::pow(error->tolerance, 1.0 / error->order);
+    if (std::holds_alternative<OwnSteps>(policy_))
+        planned_ = time_scale;
 }
 
 StepControl::Step StepControl::next(double time, double target) {
@@ -68,7 +71,7 @@ StepControl::Step StepControl::next(double time, double target) {
     const double stretch = std::holds_alternative<FixedSteps>(policy_) ? 1e-2 : 1e-6;
     if (planned_ >= left * (1.0 - stretch))
         return {.dt = left, .end = target, .lands = true, .limit = planned_ > left * (1.0 + 1e-6) ? StepLimit::output : limit_};
-    if (planned_ > 0.5 * left && !std::holds_alternative<FixedSteps>(policy_))
+    if (planned_ > 0.5 * left && limit_ != StepLimit::fixed)
         return {.dt = 0.5 * left, .end = time + 0.5 * left, .limit = StepLimit::output};
     return {.dt = planned_, .end = time + planned_, .limit = limit_};
 }
@@ -148,6 +151,8 @@ bool StepControl::retry_shorter(const Step& step) {
 const char* StepControl::identity() const {
     if (std::holds_alternative<ErrorSteps>(policy_))
         return "error";
+    if (std::holds_alternative<OwnSteps>(policy_))
+        return "own";
     return std::holds_alternative<ProjectionSteps>(policy_) ? "projection" : "fixed";
 }
 

@@ -37,6 +37,10 @@ struct ErrorSteps {
     double smallest_step = 1e-6; ///< a rejected step below it ends the run
 };
 
+/// Steps that are whole integrations by another library, which chooses its own within: each as long as the time_scale() of the
+/// state that the run begins with.
+struct OwnSteps {};
+
 /// Why a step has its length; shown in the progress line.
 enum class StepLimit { fixed, projection, accuracy, relaxation, advection, growth, largest, smallest, yield, output };
 [[nodiscard]] const char* to_string(StepLimit limit);
@@ -45,11 +49,11 @@ enum class StepLimit { fixed, projection, accuracy, relaxation, advection, growt
 /// history, the end).
 class StepControl {
 public:
-    using Policy = std::variant<FixedSteps, ProjectionSteps, ErrorSteps>;
+    using Policy = std::variant<FixedSteps, ProjectionSteps, ErrorSteps, OwnSteps>;
     StepControl(const Grid& grid, const Policy& policy);
 
     /// Plans the first step of a run from TimeStepper::time_scale(): steps by the error start with the step after which a method
-    /// of their order may be off by the tolerance; where it is too long, rejection cuts it.
+    /// of their order may be off by the tolerance; where it is too long, rejection cuts it. OwnSteps{} stay at it.
     void start(double time_scale);
 
     struct Step {

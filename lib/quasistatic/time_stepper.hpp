@@ -1,11 +1,12 @@
 #pragma once
+#include <ductile/base/function_ref.hpp>
 #include <ductile/base/timer.hpp>
 #include <ductile/quasistatic/state.hpp>
 
 #include <cstddef>
 #include <functional>
 #include <limits>
-#include <stdexcept>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -35,6 +36,13 @@ struct StepperCounts {
     long long rejected_substeps = 0;
     long long inner_steps = 0; ///< of SUNDIALS
     long long rejected_inner_steps = 0;
+};
+
+/// Times within a step, rising, and what to do with the state at each: in equilibrium, as accurate as the end of the step, its
+/// memory not filled in.
+struct Within {
+    std::span<const double> times = {};
+    FunctionRef<void(const State&)> show = {}; ///< may throw, as a Judge may
 };
 
 /// Whether an attempted step is good enough to be kept. May throw: the state is then as it was.
@@ -70,16 +78,8 @@ public:
     /// asks `judge`, because only a step that is made tells how good it is. If the answer is yes, `state` is at its end.
     /// Otherwise, and where this or `judge` throws, it is as it was, and another attempt may follow. Throws RunError (where,
     /// when, what to change) when the result is not finite.
-    virtual StepAttempt attempt(State& state, double dt, double end, const Judge& judge) = 0;
-
-    /// Whether interpolate() tells what is within a step.
-    [[nodiscard]] virtual bool interpolates() const { return false; }
-    /// To be called by a Judge: the state at a time within the step that is judged, as accurate as its end, in equilibrium;
-    /// `state` is the one at its beginning. Memory is not filled in.
-    virtual void interpolate(const State& state, double time, State& at) {
-        (void)state, (void)time, (void)at;
-        throw std::logic_error("this scheme does not interpolate");
-    }
+    /// A step that is accepted has shown what is `within` it; that it was asked for changes no bit of the step.
+    virtual StepAttempt attempt(State& state, double dt, double end, const Judge& judge, const Within& within = {}) = 0;
 
     [[nodiscard]] virtual StepperCounts counts() const = 0;
     /// Since construction.

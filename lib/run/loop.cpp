@@ -10,7 +10,7 @@ io::RunStatus loop(Simulation& simulation, const Outputs& outputs, const Files& 
     const Timer wall;
     Timer since_checkpoint;
     double output_seconds = 0.0;
-    const io::OutputTimes times(outputs.duration_s, outputs.snapshots_s);
+    const io::OutputTimes times(outputs.duration_s, outputs.snapshots_s, outputs.rows_s);
     Recorder recorder(simulation, outputs, files);
     const auto end = [&] {
         summary.steps = simulation.step();
@@ -48,22 +48,23 @@ io::RunStatus loop(Simulation& simulation, const Outputs& outputs, const Files& 
             };
             const auto write_output = [&] {
                 const Timer output;
-                if (times.is_snapshot(output_times.back()))
-                    recorder.snapshot(output_times.back());
+                const double time_s = output_times.back();
+                if (times.is_snapshot(time_s))
+                    recorder.snapshot(time_s);
+                if (times.is_row(time_s))
+                    recorder.row();
                 output_times.pop_back();
                 output_seconds += output.seconds();
             };
-            const Attempt attempt = simulation.attempt(output_times, before_end, write_output);
-            if (attempt == Attempt::refused)
+            if (!simulation.attempt(output_times, before_end, write_output))
                 continue;
-            const bool landed = attempt == Attempt::landed;
             Timer output;
-            simulation.observe(landed && output_times.size() == 1);
-            if (simulation.step() % outputs.history_every == 0)
+            simulation.observe(times.reached(output_times.front(), simulation.time_s()));
+            if (outputs.rows_s.empty() && simulation.step() % outputs.history_every == 0)
                 recorder.row();
             recorder.progress();
             output_seconds += output.lap();
-            if (landed)
+            while (!output_times.empty() && times.reached(output_times.back(), simulation.time_s()))
                 write_output();
             output.lap();
             if (!checkpoint_is_last && since_checkpoint.seconds() > files.program.common().checkpoint_every_s) {

@@ -10,7 +10,8 @@ namespace ductile::run {
 struct Outputs {
     double duration_s = 0.0;              ///< a step ends there, and the run
     std::vector<double> snapshots_s = {}; ///< a snapshot is taken at each; later ones than the end are left out
-    int history_every = 1;                ///< rows of history.csv: the start, every n-th step, and the end
+    std::vector<double> rows_s = {};      ///< rows of history.csv: at these times, and the end; none:
+    int history_every = 1;                ///< at the start, every n-th step, and the end
 };
 
 /// Where a run comes from and goes to.

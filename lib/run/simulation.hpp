@@ -14,13 +14,6 @@
 
 namespace ductile::run {
 
-/// What became of an attempted step.
-enum class Attempt {
-    refused,  ///< the state is as before, and the next attempt will be another one
-    accepted, ///< the state is at its end
-    landed,   ///< the same, and that is the next output time
-};
-
 /// Two columns of history.csv that the terminal shows at the end of a run.
 struct Curve {
     std::string x = {}, y = {}; ///< no curve if empty
@@ -38,13 +31,13 @@ public:
 
     [[nodiscard]] virtual double time_s() const = 0;
     [[nodiscard]] virtual std::int64_t step() const = 0;
-    /// One step that ends at the last of the output times, the first in the list, at the latest. One that ends beyond others
-    /// calls `output` for each before the state goes on, when all that is written is of that time, and `output` takes it from the
-    /// list; carriers that know nothing of times within a step end it at the next output time. Those that do call `before_end`
-    /// before a step that is shorter because of the end of the run: a longer run that goes on from there is one that never had
-    /// that end. Throws RunError when no attempt can succeed.
-    [[nodiscard]] virtual Attempt attempt(const std::vector<double>& output_times_s, FunctionRef<void()> before_end,
-                                          FunctionRef<void()> output) = 0;
+    /// One step that ends at the last of the output times, the first in the list, at the latest. It calls `output` for each that
+    /// it passes before its end, while all that is written is of that time, and `output` takes it from the list. That changes no
+    /// bit of the step. A step that is shorter because of the end of the run calls `before_end` before: a longer run that goes on
+    /// from there is one that never had that end. Returns whether the state is at the end of the step; otherwise it is as before,
+    /// and the next attempt will be another one. Throws RunError when no attempt can succeed.
+    [[nodiscard]] virtual bool attempt(const std::vector<double>& output_times_s, FunctionRef<void()> before_end,
+                                       FunctionRef<void()> output) = 0;
     /// Takes note of an accepted state for the summary, whichever rows are written; `last`: at the end of the run.
     virtual void observe(bool last) = 0;
 

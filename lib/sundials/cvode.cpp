@@ -49,14 +49,15 @@ public:
     Memory(const Memory&) = delete; // its address is the user data
     Memory& operator=(const Memory&) = delete;
 
-    void integrate(std::span<double> y, double t0, double t1, const StepObserver& observe) {
+    void integrate(std::span<double> y, double t0, double t1, const StepObserver& observe, const DenseOutput& dense) {
         integration_.begin(y, t0, t1);
         earlier_ = counts();
         void* const stepper = stepper_.get();
         call(CVodeReInit(stepper, t0, integration_.state()), "start at the given state");
         call(CVodeSetStopTime(stepper, t1), "take the end of the interval");
         double t = t0;
-        for (long long n = 0; evolve(t1, t, observe) != CV_TSTOP_RETURN;)
+        std::size_t shown = 0;
+        for (long long n = 0; evolve(t1, t, observe, dense, shown) != CV_TSTOP_RETURN;)
             if (++n >= options_.largest_step_count)
                 integration_.give_up(options_.largest_step_count, t);
         std::ranges::copy(integration_.values(), y.begin());
@@ -144,10 +145,11 @@ private:
     }
 
     /// One step; `t` becomes the time reached. Returns the flag, which is not an error.
-    int evolve(double towards, double& t, const StepObserver& observe) {
+    int evolve(double towards, double& t, const StepObserver& observe, const DenseOutput& dense, std::size_t& shown) {
         const double start = t;
         const int flag = CVode(stepper_.get(), towards, integration_.state(), &t, CV_ONE_STEP);
         integration_.check_step(flag, start);
+        integration_.show(dense, shown, t, stepper_.get(), &CVodeGetDky);
         if (observe)
             observe(t, integration_.values());
         return flag;
@@ -202,8 +204,9 @@ CvodeIntegrator::~CvodeIntegrator() = default;
 CvodeIntegrator::CvodeIntegrator(CvodeIntegrator&&) noexcept = default;
 CvodeIntegrator& CvodeIntegrator::operator=(CvodeIntegrator&&) noexcept = default;
 
-void CvodeIntegrator::integrate(std::span<double> y, double t0, double t1, const StepObserver& observe) {
-    memory_->integrate(y, t0, t1, observe);
+void CvodeIntegrator::integrate(std::span<double> y, double t0, double t1, const StepObserver& observe,
+                                const DenseOutput& dense) {
+    memory_->integrate(y, t0, t1, observe, dense);
 }
 
 Counts CvodeIntegrator::counts() const { return memory_->counts(); }

@@ -49,7 +49,7 @@ public:
 
     /// Takes `y` from t0 to t1 > t0, starting at order one: nothing is carried over from an earlier call. `y` is unchanged when
     /// it throws.
-    void integrate(std::span<double> y, double t0, double t1, const StepObserver& observe = {});
+    void integrate(std::span<double> y, double t0, double t1, const StepObserver& observe = {}, const DenseOutput& dense = {});
 
     [[nodiscard]] Counts counts() const;
 

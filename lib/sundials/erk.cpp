@@ -69,6 +69,8 @@ public:
         call(DUCTILE_KEEP_MESSAGES(ERKStep, stepper, integration_.note()), "keep its messages");
         call(DUCTILE_ERK(SetUserData)(stepper, this), "take its user data");
         call(DUCTILE_ERK(SStolerances)(stepper, options.relative_tolerance, options.absolute_tolerance), "take the tolerances");
+        // Those of a higher degree would ask for rates within the step.
+        call(DUCTILE_ERK(SetInterpolantDegree)(stepper, 3), "take the degree of the interpolant");
         // Seven, the default, is too few where a long step meets the corner of a rate at yield.
         call(DUCTILE_ERK(SetMaxErrTestFails)(stepper, 50), "take the number of rejections");
         set_table();
@@ -78,8 +80,10 @@ public:
     Memory(const Memory&) = delete; // its address is the user data
     Memory& operator=(const Memory&) = delete;
 
-    void integrate(std::span<double> y, double t0, double t1, const StepObserver& observe) {
+    void integrate(std::span<double> y, double t0, double t1, const StepObserver& observe, const DenseOutput& dense) {
         integration_.begin(y, t0, t1);
+        dense_ = &dense;
+        shown_ = 0;
         earlier_ = counts();
         call(ERKStepReInit(stepper_.get(), &Memory::rate, t0, integration_.state()), "start at the given state");
         if (options_.fixed_step > 0.0)
@@ -181,6 +185,7 @@ private:
         integration_.check_step(flag, step_start_);
         if (!last_rate_finite_) // that of the state reached
             integration_.check_step(ARK_UNREC_RHSFUNC_ERR, t);
+        integration_.show(*dense_, shown_, t, stepper_.get(), &DUCTILE_ERK(GetDky));
         if (observe)
             observe(t, integration_.values());
         return flag;
@@ -202,7 +207,9 @@ private:
     ErkOptions options_;
     ControllerMemory controller_;
     Owner<void*, free_stepper> stepper_;
-    Counts earlier_; ///< before the last ReInit
+    Counts earlier_;                     ///< before the last ReInit
+    const DenseOutput* dense_ = nullptr; ///< of the current interval
+    std::size_t shown_ = 0;              ///< of its times
     double step_start_ = 0.0;
     bool last_rate_finite_ = true;
 };
@@ -213,8 +220,8 @@ ErkIntegrator::~ErkIntegrator() = default;
 ErkIntegrator::ErkIntegrator(ErkIntegrator&&) noexcept = default;
 ErkIntegrator& ErkIntegrator::operator=(ErkIntegrator&&) noexcept = default;
 
-void ErkIntegrator::integrate(std::span<double> y, double t0, double t1, const StepObserver& observe) {
-    memory_->integrate(y, t0, t1, observe);
+void ErkIntegrator::integrate(std::span<double> y, double t0, double t1, const StepObserver& observe, const DenseOutput& dense) {
+    memory_->integrate(y, t0, t1, observe, dense);
 }
 
 Counts ErkIntegrator::counts() const { return memory_->counts(); }

@@ -69,8 +69,9 @@ public:
     ErkIntegrator& operator=(ErkIntegrator&&) noexcept;
 
     /// Takes `y` from t0 to t1 > t0. Fixed steps deliver exactly what the method computed, adaptive ones land on t1 through
-    /// ARKODE's stop time. `y` is unchanged when it throws. May be called again, on the same interval or another.
-    void integrate(std::span<double> y, double t0, double t1, const StepObserver& observe = {});
+    /// ARKODE's stop time. What `dense` asks for comes from cubics through both ends of a step and their rates. `y` is unchanged
+    /// when it throws. May be called again, on the same interval or another.
+    void integrate(std::span<double> y, double t0, double t1, const StepObserver& observe = {}, const DenseOutput& dense = {});
 
     [[nodiscard]] Counts counts() const;
 

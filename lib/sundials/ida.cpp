@@ -50,7 +50,7 @@ public:
     Memory(const Memory&) = delete; // its address is the user data
     Memory& operator=(const Memory&) = delete;
 
-    void integrate(std::span<double> y, std::span<double> rate, double t0, double t1) {
+    void integrate(std::span<double> y, std::span<double> rate, double t0, double t1, const DenseOutput& dense) {
         integration_.begin(y, t0, t1);
         std::ranges::copy(rate, view(rate_.get()).begin());
         earlier_ = counts();
@@ -58,12 +58,14 @@ public:
         call(IDAReInit(solver, t0, integration_.state(), rate_.get()), "start at the given state");
         call(IDASetStopTime(solver, t1), "take the end of the interval");
         double t = t0;
+        std::size_t shown = 0;
         for (long long n = 0;; ++n) {
             if (n >= options_.largest_step_count)
                 integration_.give_up(options_.largest_step_count, t);
             const double start = t;
             const int flag = IDASolve(solver, t1, &t, integration_.state(), rate_.get(), IDA_ONE_STEP);
             integration_.check_step(flag, start);
+            integration_.show(dense, shown, t, solver, &IDAGetDky);
             if (flag == IDA_TSTOP_RETURN)
                 break;
         }
@@ -126,8 +128,8 @@ IdaIntegrator::IdaIntegrator(DifferentialAlgebraicSystem system, const IdaOption
     : memory_(std::make_unique<Memory>(std::move(system), options)) {}
 IdaIntegrator::~IdaIntegrator() = default;
 
-void IdaIntegrator::integrate(std::span<double> y, std::span<double> rate, double t0, double t1) {
-    memory_->integrate(y, rate, t0, t1);
+void IdaIntegrator::integrate(std::span<double> y, std::span<double> rate, double t0, double t1, const DenseOutput& dense) {
+    memory_->integrate(y, rate, t0, t1, dense);
 }
 
 Counts IdaIntegrator::counts() const { return memory_->counts(); }

@@ -36,7 +36,7 @@ public:
 
     /// Takes `y` and its derivative `rate`, which must satisfy the system at t0, to t1 > t0, starting at order one. Both are
     /// unchanged when it throws.
-    void integrate(std::span<double> y, std::span<double> rate, double t0, double t1);
+    void integrate(std::span<double> y, std::span<double> rate, double t0, double t1, const DenseOutput& dense = {});
 
     [[nodiscard]] Counts counts() const; ///< evaluations: of the residual
 

@@ -12,6 +12,13 @@ using RightHandSide = std::function<void(double t, std::span<const double> y, st
 /// Called after every accepted step with the time reached and the state there. It may throw, too.
 using StepObserver = std::function<void(double t, std::span<const double> y)>;
 
+/// Times within the interval of an integration, rising, for which `show` is called as it passes them, with the state there by the
+/// integrator's own interpolant. It may throw, too.
+struct DenseOutput {
+    std::span<const double> times = {};
+    std::function<void(double t, std::span<const double> y)> show = {};
+};
+
 /// What an integrator did since its construction.
 struct Counts {
     long long steps = 0;       ///< accepted

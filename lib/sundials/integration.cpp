@@ -86,6 +86,16 @@ void Integration::check_step(int flag, double t) {
         call(flag, fmt::format("step from t = {:.6g}", t));
 }
 
+void Integration::show(const DenseOutput& dense, std::size_t& next, double t, void* memory,
+                       int (*interpolate)(void*, sunrealtype, int, N_Vector)) {
+    for (; next < dense.times.size() && dense.times[next] <= t; ++next) {
+        if (!within_)
+            within_.reset(made(N_VClone(state_.get()), "vector"));
+        call(interpolate(memory, dense.times[next], 0, within_.get()), "tell what lies within a step");
+        dense.show(dense.times[next], view(within_.get()));
+    }
+}
+
 void Integration::give_up(long long steps, double t) const {
     throw RunError(
         fmt::format("{}: more than {} steps are needed (at t = {:.6g}): loosen the tolerances or allow more", who_, steps, t));

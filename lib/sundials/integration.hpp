@@ -42,6 +42,10 @@ public:
     void call(int flag, std::string_view what);
     /// The same for the flag of a step that began at `t`; what the right-hand side threw goes first.
     void check_step(int flag, double t);
+    /// Shows what lies before `t`, where the integrator has come to, from the `next` of the times on. `interpolate` is its
+    /// function GetDky, of `memory`.
+    void show(const DenseOutput& dense, std::size_t& next, double t, void* memory,
+              int (*interpolate)(void*, sunrealtype, int, N_Vector));
     [[noreturn]] void give_up(long long steps, double t) const;
 
     /// Runs a callback that fills `result`: keeps what it throws for check_step(). Returns 0, or the flag that SUNDIALS takes for
@@ -62,7 +66,7 @@ private:
     RightHandSide f_;
     std::string note_;
     Context context_; // first made, last destroyed
-    Owner<N_Vector, N_VDestroy> state_;
+    Owner<N_Vector, N_VDestroy> state_, within_;
     long long evaluations_ = 0;
     std::exception_ptr exception_;
 };

@@ -15,7 +15,7 @@ public:
 
     [[nodiscard]] double advance(const Step<Vector>& step) override {
         const std::span<double> values = stages_.begin(step);
-        erk_.integrate(values, 0.0, step.dt);
+        erk_.integrate(values, 0.0, step.dt, {}, stages_.dense(step));
         system_.unpack(values, step.next);
         return stages_.finish(step);
     }

@@ -1,5 +1,6 @@
 #pragma once
 #include <ductile/base/error.hpp>
+#include <ductile/sundials/initial_value.hpp>
 #include <ductile/time/method.hpp>
 
 #include <algorithm>
@@ -30,6 +31,18 @@ public:
         start_rate_ = &step.start_rate;
         system_.pack(step.start, values_);
         return values_;
+    }
+
+    /// What the step wants to be shown on the way.
+    [[nodiscard]] sundials::DenseOutput dense(const Step<Vector>& step) {
+        times_.clear();
+        for (const double fraction : step.within)
+            times_.push_back(fraction * step.dt);
+        const auto show = [this, &step, n = std::size_t{0}](double, std::span<const double> y) mutable {
+            system_.unpack(y.first(values_.size()), stage_);
+            step.show(step.within[n++], stage_);
+        };
+        return {times_, show};
     }
 
     /// dy/dt; not finite where its parts are not, so that SUNDIALS tries a shorter step.
@@ -81,7 +94,7 @@ private:
     InnerSteps steps_;
     Vector stage_, stage_rate_;
     const Vector* start_rate_ = nullptr; ///< of the current step
-    std::vector<double> values_;
+    std::vector<double> values_, times_;
 };
 
 } // namespace ductile::time

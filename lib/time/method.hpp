@@ -1,4 +1,5 @@
 #pragma once
+#include <ductile/base/function_ref.hpp>
 #include <ductile/time/system.hpp>
 
 #include <array>
@@ -17,8 +18,10 @@ template <class Vector> struct Step {
     Vector& next;       ///< receives y_{n+1}
     Vector& next_rate;  ///< receives its complete rate, evaluated at the end of the step
     double dt = 0.0;
-    double relaxation = 0.0;        ///< the fastest rate of decay at y_n, where stiff parts decay
-    std::span<const double> memory; ///< a value of each of Method::memory()
+    double relaxation = 0.0;                                 ///< the fastest rate of decay at y_n, where stiff parts decay
+    std::span<const double> memory;                          ///< a value of each of Method::memory()
+    std::span<const double> within = {};                     ///< fractions of the step, rising, that
+    FunctionRef<void(double fraction, Vector& y)> show = {}; ///< is called for, on the way, by a method that does not interpolate
 };
 
 /// The cubic in time through both ends of a step and their rates: fourth order within a step. `fraction` of the way.
@@ -45,8 +48,8 @@ public:
     /// of next_rate.
     [[nodiscard]] virtual double advance(const Step<Vector>& step) = 0;
 
-    /// Whether interpolate() tells what is within a step. A step that is a whole integration by another library may be too long
-    /// for that.
+    /// Whether interpolate() tells what is within a step. Otherwise advance() calls Step::show: a step that is a whole
+    /// integration by another library may be too long for an interpolant.
     [[nodiscard]] virtual bool interpolates() const { return false; }
     /// y at this fraction of the step that advance() has just made, as accurate as its end.
     virtual void interpolate(const Step<Vector>& step, double fraction, Vector& y) const {
