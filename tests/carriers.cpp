@@ -1,5 +1,6 @@
 // One scene, both carriers: a glass with a soft spot in simple shear, on the grid that stays and on material points. What is
 // compared is what ./ductile scene writes for one file of which one word changes; verification/carriers.py refines.
+#include "capture.hpp"
 #include "child_process.hpp"
 #include "messages.hpp"
 
@@ -124,7 +125,7 @@ TEST_CASE("past yield both carriers have the same traction, stress and effective
     const Differences grid = from_reference(run("grid", 12));
     // of the grid's differences on as many cells; B-splines have half of them, the others are of first order
     for (const auto& [shape, share, fall] : {std::tuple{"linear", 4.0, 1.5}, {"gimp", 4.0, 1.8}, {"bspline", 0.8, 2.5}}) {
-        CAPTURE(shape);
+        CAPTURE_BINDING(shape);
         const auto points = [&, name = std::string(shape)](int cells) {
             return from_reference(run("points", cells, {"--shape", name, "--dt", "4e-3"}));
         };

@@ -1,4 +1,5 @@
 // Laws whose type is forgotten: both forms of each, any number of internal variables, batches and single points.
+#include "capture.hpp"
 #include "fields.hpp"
 #include "messages.hpp"
 #include "mpm_scenes.hpp"
@@ -82,7 +83,7 @@ TEST_SUITE_BEGIN("laws");
 
 TEST_CASE("a batch of cells flows as each point by itself does") {
     for (const auto& [name, law, start] : laws_with_rates()) {
-        CAPTURE(name);
+        CAPTURE_BINDING(name);
         const std::size_t n = law->variables().size();
         const int count = 2 * pack_size + 3;
         Batch y(3 + n, count), rate(3 + n, count);
@@ -125,7 +126,7 @@ TEST_CASE("a batch of cells flows as each point by itself does") {
 
 TEST_CASE("substeps of a batch end where the rates, integrated point by point, do") {
     for (const auto& [name, law, start] : laws_with_rates()) {
-        CAPTURE(name);
+        CAPTURE_BINDING(name);
         const std::size_t n = law->variables().size();
         const int count = pack_size + 5;
         const double dt = 0.4;

@@ -1,4 +1,5 @@
 // The programs of the material point method as their users meet them: processes with options, files, messages and an exit status.
+#include "capture.hpp"
 #include "child_process.hpp"
 #include "messages.hpp"
 
@@ -116,7 +117,7 @@ TEST_CASE("explicit steps choose a stable length by themselves; longer ones, and
                                                {Arguments{"--mu", "0.375", "--form", "momentum"}, "0.0140", "0.0142"},
                                                {Arguments{"--mu", "0.375"}, "0.0099", "0.0101"}})
         for (const std::string dt : {shorter, longer}) {
-            CAPTURE(how);
+            CAPTURE_BINDING(how);
             run_well("elastic_bar",
                      how + Arguments{"--poisson-ratio", "0", "--dt", dt, "--duration", "0.1", "--output", folder / "run"});
             CHECK(contains(summary(folder / "run")["warnings"].dump(), "full of particles") == (dt == longer));
@@ -221,7 +222,7 @@ TEST_CASE("no number of the summary depends on which rows are written; snapshots
                                        {"plastic_bar", {"--dt", "0.25"}},
                                        {"vibrating_bar", {"--duration", "30"}},
                                        {"taylor_bar", {"--duration", "5e-6"}}}) {
-        CAPTURE(program);
+        CAPTURE_BINDING(program);
         const nlohmann::json all = numbers(program, how, "1"), few = numbers(program, how, "100000");
         CHECK(all["extra"] == few["extra"]);
         CHECK(all["warnings"] == few["warnings"]);
@@ -264,8 +265,8 @@ TEST_CASE("snapshots and rows at equal times change no bit of a run") {
          {std::pair{std::string("upsetting"), Arguments{"--dt", "1e-4", "--duration", "2e-3"}},
           {"upsetting", Arguments{"--method", "explicit", "--duration", "1e-3", "--history-every", "50"}},
           {"colliding_disks", Arguments{"--dt", "1", "--method", "midpoint", "--duration", "75"}}}) {
-        CAPTURE(program);
-        CAPTURE(how);
+        CAPTURE_BINDING(program);
+        CAPTURE_BINDING(how);
         const scratch::Folder folder;
         run_well(program, how + Arguments{"--snapshots", "", "--output", folder / "bare"});
         const double end = summary(folder / "bare")["simulated_time_s"], interval = end / 7.0;
@@ -315,7 +316,7 @@ TEST_CASE("the programs' own runs are not doubted; what is doubtful is said with
                                          {"colliding_disks", true},
                                          {"upsetting", true},
                                          {"vibrating_bar", false}}) {
-        CAPTURE(program);
+        CAPTURE_BINDING(program);
         CHECK(warnings(program, {}) == "");
         CHECK(damped.empty() == !damps);
         CHECK(crossed.empty() == (program != std::string("colliding_disks") && program != std::string("upsetting")));
@@ -397,7 +398,7 @@ TEST_CASE("the automatic preconditioner: the tangent for long steps, sooner near
                                       {short_step + Arguments{"--poisson-ratio", "0.49"}, "tangent"},
                                       {Arguments{"--dt", "0.006", "--duration", "0.06"}, "tangent"}, // 5
                                       {Arguments{"--dt", "0.006", "--duration", "0.06", "--form", "momentum"}, "diagonal"}}) {
-        CAPTURE(how);
+        CAPTURE_BINDING(how);
         const int automatic = iterations(how), tangent = iterations(how + Arguments{"--preconditioner", "tangent"}),
                   diagonal = iterations(how + Arguments{"--preconditioner", "diagonal"});
         CHECK(tangent != diagonal);
@@ -418,7 +419,7 @@ TEST_CASE("a run that cannot go on ends with status 1, says why, and leaves whol
           {"upsetting", {"--method", "explicit", "--dt", "1e-6"}, "the step is too long for the explicit method"},
           {"vibrating_bar", hopeless, "failed even with dt = "},
           {"taylor_bar", {"--dt", "1e-6"}, "the step is too long for the explicit method"}}) {
-        CAPTURE(program);
+        CAPTURE_BINDING(program);
         const scratch::Folder folder;
         const Outcome outcome = run(program, how + Arguments{"--snapshots", "0", "--output", folder / "run"});
         CAPTURE(outcome.errors);

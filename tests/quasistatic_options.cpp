@@ -1,6 +1,8 @@
 // The numbers that options stand for where they are left to the program.
+#include <ductile/quasistatic/doubts.hpp>
 #include <ductile/quasistatic/options.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <doctest/doctest.h>
 
@@ -41,6 +43,33 @@ TEST_CASE("fixed steps are the paper's 0.5e4 t_s h/L") {
         o.step = StepChoice::fixed;
         CHECK(first_step(o) == doctest::Approx(0.5e4 * 2.0 / cells).epsilon(1e-12)); // t_s is the unit of time
     }
+}
+
+TEST_CASE("a tolerance that is known to be missed is doubted") {
+    const auto doubted = [](const char* scheme, const char* tolerance, Advection advection, Model model = Model::full) {
+        Options o;
+        o.cells = {8, 8};
+        o.scheme = scheme;
+        o.tolerance = tolerance;
+        o.space.advection = advection;
+        o.model = model;
+        const Scene scene = make_scene(o);
+        const auto found = doubts(o, scene, make_space(scene)->observe(make_space(scene)->make_cells()));
+        return std::ranges::count_if(found,
+                                     [](const std::string& text) { return text.find("a tolerance of ") != std::string::npos; });
+    };
+    using enum Advection;
+    CHECK(doubted("auto", "1e-5", eno2) == 0);
+    CHECK(doubted("auto", "9e-6", eno2) == 1);
+    CHECK(doubted("auto", "1e-9", eno2, Model::reduced) == 0);
+    CHECK(doubted("auto", "1e-9", weno3) == 0);
+    CHECK(doubted("incremental", "1e-9", eno2) == 0); // which is no error
+    CHECK(doubted("dormand-prince", "1e-5", weno3) == 0);
+    CHECK(doubted("dormand-prince", "1e-6", weno3) == 1);
+    CHECK(doubted("arkode-5", "1e-7", weno3) == 1);
+    CHECK(doubted("arkode-5", "1e-7", eno2) == 1); // the first reason is enough
+    CHECK(doubted("cvode-bdf", "1e-6", weno3) == 0);
+    CHECK(doubted("cvode-bdf", "1e-7", weno3) == 1);
 }
 
 TEST_SUITE_END();

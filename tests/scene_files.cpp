@@ -1,5 +1,6 @@
 // Scene files as their users meet them: every program prints one, ./ductile scene runs it with the same bits, and says what is
 // wrong.
+#include "capture.hpp"
 #include "child_process.hpp"
 #include "messages.hpp"
 
@@ -77,7 +78,7 @@ void check_same_run(const fs::path& a, const fs::path& b) {
     REQUIRE(!fields.empty());
     CHECK(fields.size() == others.size());
     for (const auto& [name, values] : fields) {
-        CAPTURE(name);
+        CAPTURE_BINDING(name);
         REQUIRE(others.contains(name));
         CHECK(same_bits(values, others.at(name)));
     }
@@ -152,7 +153,7 @@ TEST_CASE("what --print-config prints, scene runs with the same bits: own option
           {"shear_band",
            {"--cells", "24x16", "--duration", "0.9", "--snapshots", "0.5,0.9", "--initial", "random", "--initial-amplitude",
             "10"}}}) {
-        CAPTURE(program);
+        CAPTURE_BINDING(program);
         const scratch::Folder folder;
         const Outcome printed = run(program, how + Arguments{"--print-config"});
         REQUIRE(printed.status == 0);
@@ -187,7 +188,7 @@ TEST_CASE("the scene files of the papers give the bits of the programs") {
           {"vibrating_bar", "vibrating-bar", {"--duration", "5", "--snapshots", "5"}},
           {"taylor_bar", "taylor-bar", {"--duration", "4e-6"}},
           {"shear_band", "shear-band", {"--cells", "24", "--duration", "0.7"}}}) {
-        CAPTURE(file);
+        CAPTURE_BINDING(file);
         const scratch::Folder folder;
         run_well(program, how + Arguments{"--output", folder / "program"});
         run_well("scene", Arguments{scenes / (file + ".toml")} + how + Arguments{"--output", folder / "scene"});
@@ -307,7 +308,7 @@ TEST_CASE("what is wrong with a scene file is said with file and line, and what 
          }) {
         scratch::write(folder / "bad.toml", billet(from, to));
         const Outcome outcome = run("scene", {folder / "bad.toml", "--output", folder / "out"});
-        CAPTURE(to);
+        CAPTURE_BINDING(to);
         CAPTURE(outcome.errors);
         CHECK(outcome.status == 2);
         CHECK(contains(outcome.errors, message));

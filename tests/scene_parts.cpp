@@ -1,4 +1,5 @@
 // What scenes are made of: histories of velocity, shapes, particles and fields from files.
+#include "capture.hpp"
 #include "fields.hpp"
 #include "io_scratch.hpp"
 #include "messages.hpp"
@@ -300,7 +301,7 @@ TEST_CASE("initial fields from a file: the same grid, another one, and a stress 
     // tau = const is in equilibrium, a wave of it along x is not
     const quasistatic::Scene scene = scene_on(32, 24);
     for (const auto& [tau, least, most] : {std::tuple{0.0, 0.0, 1e-12}, {2e3, 1e-4, 3e-3}, {1e6, 0.1, 0.9}}) {
-        CAPTURE(tau);
+        CAPTURE_BINDING(tau);
         write("stressed", 32, 24, tau, true);
         for (const std::string file : {"stressed.csv", "stressed.h5"}) {
             const quasistatic::FileStart made = start(scene, file);

@@ -40,7 +40,7 @@ CAUSES_MEANING = "paper-shear"
 
 
 def adaptive_steps(meaning, bound, cells):
-    options = {"cells": cells, "model": "full", "scheme": "incremental", "step": "adaptive",
+    options = {"cells": cells, "model": "full", "advection": "eno2", "scheme": "incremental", "step": "adaptive",
                "tolerance": repr(float(FACTOR / MEANINGS[meaning][1])), "snapshots": common.DURATION}
     return options | ({"dt-max": common.DURATION} if bound else {})
 

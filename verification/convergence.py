@@ -33,13 +33,13 @@ def run_name(options, cells):
 def constant_steps(options, cells):
     """Options of a run that ends with the snapshots of its last two steps."""
     before = common.DURATION - common.constant_step(cells)
-    return {"cells": cells, **options, "scheme": "incremental", "step": "fixed", "dt": "auto",
+    return {"cells": cells, **options, "advection": "eno2", "scheme": "incremental", "step": "fixed", "dt": "auto",
             "snapshots": f"{before:.15g},{common.DURATION}"}
 
 
 def reference(options, cells):
     """The index-reduced scheme is so much cheaper that its error in time can be made negligible; it has no lag in v."""
-    return {"cells": cells, **options, "scheme": "bogacki-shampine", "step": "adaptive", "tolerance": "1e-5",
+    return {"cells": cells, **options, "advection": "eno2", "scheme": "bogacki-shampine", "step": "adaptive", "tolerance": "1e-5",
             "snapshots": common.DURATION}
 
 
@@ -52,7 +52,7 @@ def all_runs(reference_cells):
     for model in ("reduced", "full"):
         for halving in HALVINGS:
             dt = common.constant_step(TIME_CELLS) * 2.0**-halving
-            runs[halved_name(model, halving)] = {"cells": TIME_CELLS, "model": model, "scheme": "incremental", "step": "fixed",
+            runs[halved_name(model, halving)] = {"cells": TIME_CELLS, "model": model, "advection": "eno2", "scheme": "incremental", "step": "fixed",
                                                  "dt": repr(dt), "snapshots": common.DURATION}
     for options, reference_series in SERIES.values():
         runs |= {run_name(options, cells): constant_steps(options, cells) for cells in GRIDS}

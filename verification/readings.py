@@ -14,7 +14,7 @@ from common import LENGTH, SHEAR, TIME
 
 DENSITY = 6125.0  # kg/m^3, Table 1
 OTHER_TIME = LENGTH / np.sqrt(SHEAR / DENSITY)  # t_s = L/c_s
-BASE = {"cells": 128, "step": "adaptive", "snapshots": common.DURATION}
+BASE = {"cells": 128, "advection": "eno2", "step": "adaptive", "snapshots": common.DURATION}
 READINGS = {
     "followed": {},
     "K = E/(3 - 6 nu) = 112.2 GPa": {"bulk-modulus": 101e9 / (3 - 6 * 0.35)},

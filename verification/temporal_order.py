@@ -54,7 +54,7 @@ def study(program, work):
     for number, (case, (options, factor, end)) in enumerate(CASES.items()):
         walls = f"0:{common.WALL!r},{START}:{common.WALL!r},{START}:{factor * common.WALL!r}"
         start = common.run(program, work / str(number), options | {
-            "cells": CELLS, "wall-history": walls, "scheme": "bogacki-shampine", "step": "adaptive", "tolerance": "1e-8",
+            "cells": CELLS, "advection": "eno2", "wall-history": walls, "scheme": "bogacki-shampine", "step": "adaptive", "tolerance": "1e-8",
             "duration": START, "snapshots": START}) / "checkpoint.h5"
 
         def again(scheme, steps):

@@ -55,7 +55,7 @@ def options_of(family, value, cells, model):
         chosen = {"dt": repr(value * (T if varied == "step in t_s" else common.constant_step(cells)))}
         if options["scheme"] == "mri":
             chosen["tolerance"] = "1e-5"
-    return {"cells": cells, "model": model, **options, **chosen, "snapshots": common.DURATION, "history-every": 1000}
+    return {"cells": cells, "model": model, "advection": "eno2", **options, **chosen, "snapshots": common.DURATION, "history-every": 1000}
 
 
 def run_name(family, value, cells, model):
@@ -66,7 +66,7 @@ def all_runs():
     runs = {}
     for cells in GRIDS:
         for model in MODELS:
-            common_part = {"cells": cells, "model": model, "snapshots": common.DURATION, "history-every": 1000}
+            common_part = {"cells": cells, "model": model, "advection": "eno2", "snapshots": common.DURATION, "history-every": 1000}
             runs[f"{model}-{cells}-exact"] = EXACT | common_part
             runs[f"{model}-{cells}-check"] = CHECK | common_part
             for family in FAMILIES:

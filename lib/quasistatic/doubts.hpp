@@ -20,7 +20,7 @@ void check_meaning(const Options& options, const Scene& scene);
 
 /// Warnings, each a sentence with a figure, known before the first step: what the material has that no solid has; cells more than
 /// ten times as long as high, or the other way round; an effective temperature that starts below that of the bath, or a bath
-/// above the steady one; walls faster than inertial_wall_speed().
+/// above the steady one; walls faster than inertial_wall_speed(); a tolerance that scheme or advection miss.
 [[nodiscard]] std::vector<std::string> doubts(const Options& options, const Scene& scene, const Observables& start);
 
 } // namespace ductile::quasistatic

@@ -247,8 +247,6 @@ Field make_initial_internal(const Options& o, const Scene& scene) {
     }
 }
 
-namespace {
-
 /// With error control the error in time should stay below a tenth of that in space, which falls with h^2; the one falls about
 /// with the 2/3 power of the tolerance (verification/results/work_precision.md).
 double tolerance(const Options& o) {
@@ -258,8 +256,6 @@ double tolerance(const Options& o) {
     return number_or_auto(o.tolerance, "--tolerance", 1e-4 * std::min(1.0, std::pow(252.0 * h, 3.0)),
                           "1e-4, on fine grids 1e-4 (252 h/L)^3");
 }
-
-} // namespace
 
 StepControl make_step_control(const Options& o, const Scene& scene) {
     const double unit = scene.units.time;

@@ -63,6 +63,8 @@ void declare_scene(io::Program& program, Options& options);
 /// Fixed steps, or adaptive ones of the kind that the scheme has, in natural units. Throws InputError when --dt or --tolerance is
 /// neither "auto" nor a positive number.
 [[nodiscard]] StepControl make_step_control(const Options& options, const Scene& scene);
+/// --tolerance, or what auto means.
+[[nodiscard]] double tolerance(const Options& options);
 /// With the elliptic solver of the options.
 [[nodiscard]] std::unique_ptr<Space> make_space(const Options& options, const Scene& scene);
 /// The scheme.

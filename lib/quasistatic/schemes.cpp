@@ -105,6 +105,12 @@ std::span<const Scheme> schemes() {
     return all;
 }
 
+double Scheme::kept_tolerance() const {
+    if (name == "dormand-prince")
+        return 1e-5;
+    return name == "arkode-5" || name == "cvode-bdf" ? 1e-6 : 0.0;
+}
+
 double step_tolerance(const Scheme& scheme, double tolerance) {
     constexpr double loose = 1e-3;
     if (scheme.order == 0 || tolerance >= loose)
