@@ -64,8 +64,7 @@ int main(int argc, char** argv) {
                         .method = Method::explicit_steps,
                         .safety = 0.3,
                         .duration = 80e-6,
-                        .snapshots = {0.0, 20e-6, 40e-6, 80e-6},
-                        .history_every = 20};
+                        .snapshots = {0.0, 20e-6, 40e-6, 80e-6}};
         BarOptions bar;
         declare(program, options);
         writes_scene(program, [&] { return make_bar(bar, options); });

@@ -59,6 +59,7 @@ Ledger Monitor::ledger(const Observation& seen, const Tally& tally) const {
     return {.at_start = tally.at("energy_at_start_J")[0],
             .kinetic = options_.inertia ? now.kinetic : 0.0,
             .elastic = now.strain,
+            .of_particles = now,
             .rigid_work = work[0],
             .body_work = work[1],
             .work_magnitude = work[2],

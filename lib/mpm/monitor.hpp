@@ -1,5 +1,6 @@
 #pragma once
 #include <ductile/io/summary.hpp>
+#include <ductile/mpm/diagnostics.hpp>
 #include <ductile/mpm/observation.hpp>
 #include <ductile/mpm/scene.hpp>
 
@@ -16,6 +17,7 @@ namespace ductile::mpm {
 struct Ledger {
     double at_start = 0.0; ///< kinetic and elastic
     double kinetic = 0.0, elastic = 0.0;
+    Energies of_particles = {}; ///< the same, and more, with or without inertia
     double rigid_work = 0.0, body_work = 0.0;
     double work_magnitude = 0.0; ///< the sum of magnitudes over all steps
     double dissipated = 0.0;     ///< by plastic flow

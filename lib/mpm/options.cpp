@@ -108,8 +108,11 @@ void declare_run(io::Program& program, Options& o) {
     program.option("--snapshots", o.snapshots, help("times of the snapshots in fields.h5: t1,t2,...", "s", io::not_negative));
     program.option("--snapshots-every", o.snapshots_every,
                    help("snapshots at the times 0, T, 2 T, ... besides; 0: none", "s", io::not_negative));
-    program.option("--history-every", o.history_every,
-                   help("rows of history.csv: the start, every n-th step, and the end", "", io::at_least(1)));
+    program.number_or_auto(
+        "--history-every", o.history_every,
+        help("rows of history.csv: the start, every n-th step, and the end; auto: every step, or with --method "
+             "explicit, whose steps are cheaper than rows, every 20th",
+             "", io::at_least(1)));
     program.option(
         "--rows-every", o.rows_every,
         help("rows of history.csv at the times 0, T, 2 T, ... instead, wherever steps end; 0: at steps", "s", io::not_negative));
@@ -301,6 +304,17 @@ StepControl make_step_control(const Options& o, const Scene& scene, const State&
                         .many_newton_iterations = o.many_newton});
 }
 
+namespace {
+
+int rows_every_nth_step(const Options& o) {
+    const double steps = number_or_auto(o.history_every, "--history-every", o.method == Method::explicit_steps ? 20.0 : 1.0);
+    if (steps != std::floor(steps) || steps > 1e9)
+        throw InputError(fmt::format("--history-every {}: it must be a whole number, from 1 to 1e9, or auto", o.history_every));
+    return static_cast<int>(steps);
+}
+
+} // namespace
+
 run::Outputs make_outputs(const Options& o, const State& start) {
     if (!(o.duration >= start.time))
         throw InputError(
@@ -309,7 +323,7 @@ run::Outputs make_outputs(const Options& o, const State& start) {
     return {.duration_s = o.duration,
             .snapshots_s = io::regular_times("--snapshots-every", o.snapshots, o.snapshots_every, o.duration),
             .rows_s = io::regular_times("--rows-every", {}, o.rows_every, o.duration),
-            .history_every = o.history_every};
+            .history_every = rows_every_nth_step(o)};
 }
 
 std::string describe(const Options& o, const Scene& scene, const State& start, const StepControl& control,

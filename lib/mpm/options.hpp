@@ -51,7 +51,7 @@ struct Options {
     double duration = 0.0;
     std::vector<double> snapshots = {};
     double snapshots_every = 0.0;
-    int history_every = 1;
+    std::string history_every = "auto"; ///< a whole number, or as help says
     double rows_every = 0.0;
 };
 

@@ -92,7 +92,7 @@ std::vector<std::string> history_columns(const Problem& problem) {
 void append_row(const Problem& problem, const Observation& seen, const LastStep& last, const Ledger& ledger,
                 std::vector<double>& row) {
     const State& state = seen.state;
-    const Energies energies = energies_of(problem.scene, state.particles);
+    const Energies& energies = ledger.of_particles;
     row.insert(row.end(), {state.time, static_cast<double>(state.step), last.dt, energies.kinetic, energies.strain,
                            energies.kinetic + energies.strain, energies.internal});
     for (const InternalVariable& variable : internal_variables(problem.scene))
