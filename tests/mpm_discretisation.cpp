@@ -842,4 +842,28 @@ TEST_CASE("explicit steps up to the limit are stable with every shape function, 
             }
 }
 
+TEST_CASE("what a body has left behind is forgotten: the nodes are those of a discretisation that never saw it there") {
+    for (const ShapeFunction shape : {ShapeFunction::linear, ShapeFunction::gimp, ShapeFunction::bspline})
+        for (const bool periodic : {false, true}) {
+            Block b = block(shape);
+            b.scene.grid = {8, 24, 0.8, 2.4, 0.0, 0.0, {}};
+            if (periodic)
+                b.scene.grid.sides.left = b.scene.grid.sides.right = SideCondition::periodic;
+            // a body that holds what it reaches, where the block begins
+            const std::vector<RigidBody> rigid{RigidBody{.name = "grip", .x = {0.25, 0.45}, .y = {0.25, 0.55}}};
+            const auto used = make_discretisation(b.scene);
+            for (const double way : {0.0, 1.5, -1.35, 0.45}) {
+                for (double& y : b.state.particles.y)
+                    y += way;
+                const auto fresh = make_discretisation(b.scene);
+                used->prepare(b.state.particles, rigid, 0.0);
+                fresh->prepare(b.state.particles, rigid, 0.0);
+                CHECK(used->nodes().lattice == fresh->nodes().lattice);
+                CHECK(std::ranges::equal(used->nodes().mass, fresh->nodes().mass));
+                CHECK(std::ranges::equal(used->nodes().prescribed, fresh->nodes().prescribed));
+                CHECK(used->nodes().holds.size() == fresh->nodes().holds.size());
+            }
+        }
+}
+
 TEST_SUITE_END();

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <fmt/format.h>
+#include <limits>
 #include <mutex>
 #include <numeric>
 #include <tuple>
@@ -26,6 +27,7 @@ Transfer<Shape>::Transfer(const Grid& grid)
     const auto lattice = static_cast<std::size_t>(nodes_x_) * static_cast<std::size_t>(nodes_y_);
     lattice_mass_.resize(lattice);
     number_.resize(lattice);
+    touched_ = {0, lattice};
     nodes_.lattice_width = nodes_x_;
     nodes_.lattice_height = nodes_y_;
     nodes_.period = grid.periodic() ? grid.cells_x : 0;
@@ -94,6 +96,14 @@ template <class Shape> void Transfer<Shape>::find_runs(const Particles& particle
             ++end;
         runs_.push_back({begin, end, static_cast<std::int32_t>(material), first, {}});
     }
+    std::int32_t lowest = std::numeric_limits<std::int32_t>::max(), highest = 0;
+    for (const Run& run : runs_) {
+        lowest = std::min(lowest, run.first);
+        highest = std::max(highest, run.first);
+    }
+    reached_ = {static_cast<std::size_t>(std::min(lowest, highest) / nodes_x_ * nodes_x_),
+                static_cast<std::size_t>((highest / nodes_x_ + support) * nodes_x_)};
+    touched_ = {std::min(touched_.begin, reached_.begin), std::max(touched_.end, reached_.end)};
     sort_by_stripes();
 }
 
@@ -121,7 +131,7 @@ template <class Shape> void Transfer<Shape>::sort_by_stripes() {
 
 /// Whether there are many more runs than places with particles.
 template <class Shape> bool Transfer<Shape>::disordered() {
-    std::fill(number_.begin(), number_.end(), 0);
+    std::fill(&number_[touched_.begin], number_.data() + touched_.end, 0);
     std::size_t places = 0;
     for (const Run& run : runs_)
         places += number_[run.first]++ == 0 ? 1 : 0;
@@ -139,7 +149,7 @@ template <class Shape> void Transfer<Shape>::sort(Particles& particles) {
 }
 
 template <class Shape> void Transfer<Shape>::add_masses(const Particles& particles) {
-    std::fill(lattice_mass_.begin(), lattice_mass_.end(), 0.0);
+    std::fill(&lattice_mass_[touched_.begin], lattice_mass_.data() + touched_.end, 0.0);
     for_each_run([&](const Run& run) {
         double sum[seen] = {};
         for (auto p = static_cast<std::size_t>(run.begin); p < static_cast<std::size_t>(run.end); ++p) {
@@ -159,9 +169,10 @@ template <class Shape> void Transfer<Shape>::add_masses(const Particles& particl
 
 /// Gives nodes and their images the mass of both.
 template <class Shape> void Transfer<Shape>::unite_images() {
-    for (int row = 0; row < nodes_y_ && line_x_.periodic; ++row)
+    const auto width = static_cast<std::size_t>(nodes_x_);
+    for (std::size_t row = reached_.begin / width; row < reached_.end / width && line_x_.periodic; ++row)
         for (int i = grid_.cells_x; i < nodes_x_; ++i) {
-            double* const lattice = &lattice_mass_[static_cast<std::size_t>(row) * nodes_x_];
+            double* const lattice = &lattice_mass_[row * width];
             lattice[i] = lattice[i - grid_.cells_x] += lattice[i];
         }
 }
@@ -200,7 +211,7 @@ template <class Shape> bool Transfer<Shape>::leave_massless_nodes(const Particle
 template <class Shape> void Transfer<Shape>::number_nodes() {
     nodes_.lattice.clear();
     nodes_.mass.clear();
-    for (std::size_t node = 0; node < lattice_mass_.size(); ++node) {
+    for (std::size_t node = touched_.begin; node < touched_.end; ++node) {
         if (line_x_.periodic && static_cast<int>(node % nodes_x_) >= grid_.cells_x) {
             number_[node] = number_[node - grid_.cells_x];
             continue;
@@ -212,6 +223,7 @@ template <class Shape> void Transfer<Shape>::number_nodes() {
             nodes_.mass.push_back(lattice_mass_[node]);
         }
     }
+    touched_ = reached_;
 }
 
 template <class Shape> void Transfer<Shape>::number_runs(const Particles& particles) {
@@ -357,8 +369,8 @@ void Transfer<Shape>::prepare(Particles& particles, std::span<const RigidBody> r
     }
     add_masses(particles);
     // weights sum to one: the nodes have the mass of the particles
-    cutoff_ =
-        mass_cutoff * std::accumulate(lattice_mass_.begin(), lattice_mass_.end(), 0.0) / static_cast<double>(particles.size());
+    cutoff_ = mass_cutoff * std::accumulate(&lattice_mass_[reached_.begin], lattice_mass_.data() + reached_.end, 0.0) /
+              static_cast<double>(particles.size());
     if (!(cutoff_ > 0.0 && std::isfinite(cutoff_)))
         throw RunError(fmt::format("the mass of all particles is {} kg: each must have a positive and finite one",
                                    cutoff_ / mass_cutoff * static_cast<double>(particles.size())));

@@ -132,7 +132,12 @@ private:
     Particles::PermutationBuffers permutation_;
     std::vector<std::size_t> stripe_begin_; // place of the first run of each stripe, and the number of runs
     std::size_t particles_ = 0;
-    aligned_vector<double> lattice_mass_;
+    /// Places of the lattice that particles reach, whole rows of it.
+    struct Range {
+        std::size_t begin = 0, end = 0;
+    };
+    Range reached_, touched_;              // by the particles now; also by those of the last step: elsewhere nothing is set
+    aligned_vector<double> lattice_mass_;  // 0 where nothing is
     std::vector<std::int32_t> number_;     // active number of a lattice node, or -1
     std::vector<std::int32_t> touched_by_; // the last rigid body that was found to touch an active node
     double cutoff_ = 0.0;
