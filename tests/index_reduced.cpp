@@ -1,4 +1,5 @@
 #include "fields.hpp"
+#include "messages.hpp"
 #include <ductile/base/error.hpp>
 #include <ductile/quasistatic/initial.hpp>
 #include <ductile/quasistatic/schemes.hpp>
@@ -260,6 +261,12 @@ TEST_SUITE("index_reduced") {
                 (void)other->attempt(alone, 0.1 * dt, 0.1 * dt, accept);
                 (void)other->attempt(alone, 0.9 * dt, dt, accept);
                 CHECK(fields::same_bits(alone, state)); // whether it is looked at or not
+                const State before = state;
+                const auto fail = [](const State&) { throw RunError("the disk is full"); };
+                CHECK(message_of<RunError>([&] {
+                          (void)stepper->attempt(state, dt, 2.0 * dt, accept, {std::array{1.5 * dt}, fail});
+                      }) == "the disk is full");
+                CHECK(fields::same_bits(before, state)); // the step is not made
                 VectorField force = stepper->space().make_velocity();
                 CHECK(stepper->space().equilibrium_residual(at.cells.stress, force) < (scheme.name == "ida" ? 1e-6 : 1e-12));
                 const Distance here = distance(at, within), there = distance(state, end);

@@ -15,6 +15,21 @@ M = Mutation
 SPACE, MATERIAL, STATIC, POINTS, EQUILIBRIUM = "lib/space/", "lib/material/", "lib/quasistatic/", "lib/mpm/", "lib/space/"
 
 MUTATIONS = (
+    # --- what lies within a step
+    M("within a step: shown at half the fraction", STATIC + "index_reduced.cpp",
+      "(time - state.time) / dt, 0.0, 1.0", "0.5 * (time - state.time) / dt, 0.0, 1.0", ("index_reduced",)),
+    M("within a projection step: shown where the step ends", STATIC + "projection_stepper.cpp",
+      "make_step(*within_, time - before_->time, time,", "make_step(*within_, end - before_->time, time,", ("index_reduced",)),
+    M("within a step of points: from the end of the step", POINTS + "run.cpp",
+      "within_ = Within{before_,", "within_ = Within{state_,", ("mpm_programs",)),
+    M("SUNDIALS: dense output from the state instead of the interpolant", "lib/sundials/integration.cpp",
+      "dense.show(dense.times[next], view(within_.get()));", "dense.show(dense.times[next], view(state_.get()));",
+      ("index_reduced",)),
+    M("nodes of rows that a body has left stay numbered", POINTS + "transfer.cpp",
+      "touched_ = {std::min(touched_.begin, reached_.begin), std::max(touched_.end, reached_.end)};", "touched_ = reached_;",
+      ("mpm_discretisation",)),
+    M("weno3: the weights of the stencils swapped", SPACE + "transport.hpp",
+      "numerator = by_here * by_here;", "numerator = by_upwind * by_upwind;", ("transport",)),
     # --- ledgers of energy
     M("ledger: advection's power with a sign", SPACE + "staggered_space.cpp",
       "s * s_rate + tau * tau_rate", "s * s_rate - tau * tau_rate", ("energy_ledger",)),
