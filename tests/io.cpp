@@ -8,6 +8,7 @@
 #include <ductile/io/output_folder.hpp>
 
 #include <doctest/doctest.h>
+#include <hdf5.h>
 
 #include <bit>
 #include <cstdint>
@@ -108,6 +109,25 @@ TEST_CASE("reading what is not there or not right is an InputError that names fi
     CHECK(contains(message_of<InputError>([&] { (void)file.members("array"); }), "group 'array' is missing"));
 
     CHECK(contains(message_of<InputError>([&] { (void)Hdf5File::open(folder / "b.h5"); }), "b.h5: there is no such file"));
+    // claims that would take memory, or write beyond it
+    const hid_t claims = H5Fcreate((folder / "claims.h5").c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
+    const hsize_t many[] = {hsize_t{1} << 40, 3};
+    const hid_t column = H5Screate_simple(1, many, nullptr), table = H5Screate_simple(2, many, nullptr);
+    const hid_t three = H5Screate_simple(1, many + 1, nullptr);
+    H5Dclose(H5Dcreate2(claims, "column", H5T_NATIVE_DOUBLE, column, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
+    H5Dclose(H5Dcreate2(claims, "table", H5T_NATIVE_DOUBLE, table, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
+    H5Aclose(H5Acreate2(claims, "three", H5T_NATIVE_DOUBLE, three, H5P_DEFAULT, H5P_DEFAULT));
+    for (const hid_t space : {column, table, three})
+        H5Sclose(space);
+    H5Fclose(claims);
+    const Hdf5File claiming = Hdf5File::open(folder / "claims.h5");
+    CHECK(contains(message_of<InputError>([&] { (void)claiming.read_doubles("column"); }), "claims 1099511627776 values"));
+    CHECK(contains(message_of<InputError>([&] { (void)claiming.shape("table"); }), "claims 1099511627776 x 3 values"));
+    CHECK(contains(message_of<InputError>([&] { (void)claiming.double_attribute("/", "three"); }),
+                   "'three' of '/' is not one value"));
+    CHECK(contains(message_of<InputError>([&] { (void)claiming.text_attribute("/", "three"); }),
+                   "'three' of '/' is not one value"));
+
     scratch::write(folder / "text.h5", "this is text, and long enough to be looked at twice");
     CHECK(contains(message_of<InputError>([&] { (void)Hdf5File::open(folder / "text.h5"); }), "not an HDF5 file"));
     fs::copy_file(folder / "a.h5", folder / "short.h5");
@@ -271,6 +291,12 @@ TEST_CASE("a checkpoint that does not fit says what, where and what to do") {
     CHECK(contains(message_of<InputError>([&] { reader.read_array("stress/p", wrong.view()); }), "'stress/p' has 4 x 3 values"));
     CHECK(contains(message_of<InputError>([&] { reader.read_array("stress/q", wrong.view()); }), "'arrays/stress/q' is missing"));
     CHECK(contains(message_of<InputError>([&] { (void)reader.scalar("dt"); }), "attribute 'dt' of 'scalars' is missing"));
+    Checkpoint odd = small_checkpoint(array.view());
+    odd.counters = {{"step", std::numeric_limits<std::int64_t>::max()}, {"cells_x", -2}};
+    write_checkpoint(folder / "odd.h5", odd);
+    const CheckpointReader odd_reader(folder / "odd.h5", "shear_band", 3);
+    for (const char* name : {"step", "cells_x"})
+        CHECK(contains(message_of<InputError>([&] { (void)odd_reader.counter(name); }), "which no run counts to"));
     CHECK(contains(message_of<InputError>([&] {
                        reader.require_cells({64, 64});
                    }),

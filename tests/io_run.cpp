@@ -364,6 +364,10 @@ TEST_CASE("a curve in the terminal has its axes and ticks") {
     CHECK(contains(terminal_plot(x, stress, {}), "\n1000 ┤"));
     CHECK(contains(terminal_plot(x, gap, {}), "1.4 ┤"));
     CHECK(contains(terminal_plot({}, {}, {}), "└"));
+    // numbers whose differences are none
+    const std::vector<double> huge = {-1.7e308, 1.7e308, 1.0, 0.0, 2.0}, tiny = {0.0, 5e-324, 0.0, 0.0, 0.0};
+    CHECK(contains(terminal_plot(x, huge, {}), "2 ┤"));
+    CHECK(contains(terminal_plot(x, tiny, {}), "0 ┤"));
     CHECK(contains(message_of<InputError>([&] { (void)terminal_plot(x, {}, {}); }), "5 values of x for 0 values of y"));
 }
 

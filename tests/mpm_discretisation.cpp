@@ -2,6 +2,7 @@
 #include "messages.hpp"
 #include "mpm_scenes.hpp"
 
+#include <ductile/base/memory.hpp>
 #include <ductile/material/linear_elastic.hpp>
 #include <ductile/mpm/explicit_step.hpp>
 #include <ductile/mpm/shape_functions.hpp>
@@ -134,6 +135,12 @@ TEST_CASE("bodies: shapes, masses, and what is refused") {
     CHECK(contains(refusal({.shape = disk(0.5, 0.5, 0.1), .density = 1.0, .internal = {0.1, 0.2}}), "2 start values"));
     CHECK(contains(refusal({.shape = disk(0.5, 0.5, 0.1), .density = 1.0, .internal = {11.0}}), "plastic strain 11: it must be"));
     CHECK(contains(message_of<InputError>([&] { (void)make_rigid_body("platen", disk(5.0, 5.0, 1.0), 2, grid); }), "'platen'"));
+    // more points than any machine has memory for, before one is made
+    const Grid fine{1000, 1000, 1.0, 1.0, 0.0, 0.0, {}};
+    const Scene full{.grid = fine, .materials = {{law_named("elastic")}}};
+    const Body dense{.shape = rectangle(0.0, 0.0, 1.0, 1.0), .density = 1.0, .particles_per_side = 100, .name = "block"};
+    CHECK(contains(message_of<InputError>([&] { add_body(p, dense, full); }), "block may have 1e+10 points: this needs about"));
+    CHECK(contains(message_of<InputError>([&] { require_memory(1e18, "all", "take less"); }), "all: this needs about 1e+09 GB"));
     Scene scene{.grid = {2, 8, 1.0, 1.0, 0.0, 0.0, {}}, .materials = {{law_named("elastic")}}};
     CHECK(contains(message_of<InputError>([&] { check(scene, p); }), "2 x 8 cells"));
     scene.grid = grid;
@@ -235,6 +242,7 @@ TEST_CASE("a scene no run can start from is refused by name before the first ste
     CHECK(contains(refusal([](Scene&, State& s) { s.particles.body.push_back(0); }), "65 values of body"));
     CHECK(contains(refusal([&](Scene&, State& s) { s.rigid_bodies[0].x[2] = nan; }), "point 2 of the rigid body 'plate'"));
     CHECK(contains(refusal([&](Scene&, State& s) { s.rigid_bodies[0].x.pop_back(); }), "'plate' has 31 x and 32 y"));
+    CHECK(contains(refusal([&](Scene&, State& s) { s.rigid_bodies[0].y[2] = -1e300; }), "out of all proportion to the cells"));
     CHECK(contains(refusal([&](Scene& s, State&) { s.materials[0].heat_capacity = nan; }), "heat capacity nan"));
     CHECK(contains(refusal([&](Scene& s, State&) { s.grid.width = nan; }), "nan x 0.8 m"));
     CHECK(contains(refusal([&](Scene& s, State&) { s.grid.left = nan; }), "corner at (nan, 0) m"));

@@ -1,7 +1,9 @@
 // What a run is found doubtful for, and the numbers it gathers from all its steps.
+#include "io_scratch.hpp"
 #include "messages.hpp"
 #include "mpm_scenes.hpp"
 
+#include <ductile/mpm/checkpoint.hpp>
 #include <ductile/mpm/monitor.hpp>
 #include <ductile/mpm/options.hpp>
 #include <ductile/mpm/output.hpp>
@@ -265,6 +267,31 @@ TEST_CASE("mean stress that alternates from particle to particle is said to lock
     CHECK(stress(1.0 / std::sqrt(3.0), 1.9).empty());
     CHECK(contains(stress(1.0 / std::sqrt(3.0), 2.5), "by 2.5 Pa (root mean square), 2.5 times the equivalent stress"));
     CHECK(stress(1e-14, 1e-12).empty());
+}
+
+TEST_CASE("a checkpoint with numbers that cannot be is refused, though its checksum is right") {
+    const scratch::Folder folder;
+    const Block good = block(ShapeFunction::linear);
+    const Tally tally{{"work_J", {1.0, 2.0, 3.0}}};
+    const auto refusal = [&](const auto& spoil) {
+        State state = good.state;
+        Tally numbers = tally;
+        spoil(state, numbers);
+        StepControl control({.target = 1.0, .first = 1.0, .grid = good.scene.grid});
+        io::Checkpoint content{.program = "block"};
+        describe(state, control, numbers, content);
+        io::write_checkpoint(folder / "c.h5", content);
+        const io::CheckpointReader reader(folder / "c.h5", "block");
+        return message_of<InputError>([&] {
+            (void)read_state(reader, good.scene, good.state);
+            Tally restored = tally;
+            restore(reader, control, restored);
+        });
+    };
+    CHECK(refusal([](State&, Tally&) {}) == "nothing was thrown");
+    CHECK(contains(refusal([](State& s, Tally&) { s.particles.material[3] = 7; }), "c.h5: particle 3 is of material 7"));
+    CHECK(contains(refusal([](State&, Tally& t) { t["work_J"].pop_back(); }), "'tally/work_J' has 2 values, expected 3 or more"));
+    CHECK(refusal([](State&, Tally& t) { t["work_J"].push_back(4.0); }) == "nothing was thrown");
 }
 
 TEST_CASE("the trailing mean is that of the last part of a run, wherever it ends") {

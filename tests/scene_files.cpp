@@ -267,6 +267,19 @@ TEST_CASE("particles of a file make the body that the shape made") {
         CHECK(other[k] == doctest::Approx(load[k]).epsilon(1e-4).scale(1e3));
 }
 
+TEST_CASE("a material may have any name, and a scene that is printed is read again") {
+    const scratch::Folder folder;
+    std::string text = billet("[materials.steel]", "[materials.\"steel 1.4301 \\\"hot\\\"\"]");
+    text.replace(text.find("material = \"steel\""), 18, "material = 'steel 1.4301 \"hot\"'");
+    scratch::write(folder / "scene.toml", text);
+    const Outcome printed = run("scene", {folder / "scene.toml", "--print-config"});
+    REQUIRE(printed.status == 0);
+    scratch::write(folder / "printed.toml", printed.output);
+    for (const std::string name : {"scene", "printed"})
+        run_well("scene", {folder / (name + ".toml"), "--snapshots", "2e-3", "--output", folder / name});
+    check_same_run(folder / "scene", folder / "printed");
+}
+
 TEST_CASE("what is wrong with a scene file is said with file and line, and what is allowed; nothing is left behind") {
     const scratch::Folder folder;
     for (const auto& [from, to, message] : {
@@ -275,6 +288,17 @@ TEST_CASE("what is wrong with a scene file is said with file and line, and what 
              {"cell-size = 2e-3", "cell-sise = 2e-3", "line 2: unknown key 'cell-sise'; did you mean cell-size?"},
              {"dt = 1e-4", "dt = -1", "line 3: --dt -1: it must be a finite number above 0; or auto"},
              {"cell-size = 2e-3", "cell-size = 5e-3", "--cell-size 0.005: it must divide the width of the grid"},
+             {"cell-size = 2e-3", "cell-size = 1e-300", "into 2.4e+298: 20000 cells are possible at most"},
+             {"cell-size = 2e-3", "cell-size = 2e-6\nparticles-per-side = 100",
+              "billet may have 3.5e+11 points: this needs about"},
+             {"[materials.steel]", "[materials.\"steel\\n4\"]", "the name: it must be UTF-8 text without control characters"},
+             {"name = \"load_N\"", "name = \"load,N\"", "observables are called 'load,N': no name may have a comma"},
+             {"name = \"load_N\"", "name = \"platen_force_y_N\"", "has the name of another column of history.csv"},
+             {"name = \"platen\"", "name = \"platen, upper\"",
+              "rigid bodies are called 'platen, upper': no name may have a comma"},
+             {"velocity = [0, -1]", "velocity = [0, -1e300]", "the rigid body 'platen' would cross 1e+300 cells"},
+             {"[[observables]]", "[curve]\nx = \"time_s\"\ny = \"load\"\n[[observables]]",
+              "[curve]: there is no column 'load' in history.csv; did you mean load_N?"},
              {"[grid]", "[gird]", "line 6: there is no table 'gird'; did you mean grid?"},
              {"width = 0.024", "", "line 6: [grid] lacks the key 'width': a multiple of cell-size [m]"},
              {"width = 0.024", "width = \"wide\"", "line 8: [grid] width = wide: it must be a finite number above 0"},
@@ -327,6 +351,10 @@ TEST_CASE("what is wrong with a scene file is said with file and line, and what 
         CHECK(contains(outcome.errors, message));
         CHECK_FALSE(fs::exists(folder / "out"));
     }
+    scratch::write(folder / "two\nlines.toml", billet());
+    CHECK(contains(run("scene", {folder / "two\nlines.toml"}).errors,
+                   "two\\x0alines.toml: the name of the file: it must be UTF-8"));
+    CHECK(contains(run("scene", {"/dev/zero"}).errors, "/dev/zero: the file has more than 100 MB"));
     CHECK(contains(run("scene", {}).errors, "which scene? ./ductile scene FILE.toml"));
     CHECK(contains(run("scene", {folder / "none.toml"}).errors, "none.toml: the file cannot be read"));
     CHECK(contains(run("shear_band", {"--config", scenes / "upsetting.toml"}).errors, "carrier = \"points\": here it is grid"));

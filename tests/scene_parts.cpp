@@ -16,6 +16,7 @@
 #include <ductile/scene/history.hpp>
 #include <ductile/scene/shape.hpp>
 
+#include <array>
 #include <cmath>
 #include <doctest/doctest.h>
 #include <limits>
@@ -167,6 +168,17 @@ TEST_CASE("shapes: polygon, union and difference, in a program and as a file wri
         CHECK(again.toml() == shape.toml());
         CHECK(area(again) == area(shape));
     }
+    // each knows where it can be
+    const auto edges = [](const Shape& shape) {
+        const Box& b = shape.box();
+        return std::array{b.left, b.bottom, b.right, b.top};
+    };
+    CHECK(edges(triangle) == std::array{0.0, 0.0, 2.0, 1.0});
+    CHECK(edges(ring) == std::array{-2.0, -2.0, 2.0, 2.0});
+    CHECK(edges(disk(1.0, 0.0, 0.5) | triangle) == std::array{0.0, -0.5, 2.0, 1.0});
+    CHECK(edges(triangle - disk(1.0, 0.0, 5.0)) == edges(triangle));
+    CHECK(edges([](double x, double) { return x > 0.0; })[2] == infinity);
+
     // three parts are taken one after the other
     const Shape left = read_shape(
         io::read_config("s = {difference = [{rectangle = [0, 0, 3, 1]}, {disk = [1, 0.5, 0.2]}, {disk = [2, 0.5, 0.2]}]}", "")
@@ -174,6 +186,15 @@ TEST_CASE("shapes: polygon, union and difference, in a program and as a file wri
     CHECK_FALSE(left(1.0, 0.5));
     CHECK_FALSE(left(2.0, 0.5));
     CHECK(left(1.5, 0.5));
+
+    // thousands are no deeper than two
+    std::string disks;
+    for (int k = 0; k < 5000; ++k)
+        disks += fmt::format("{}{{disk = [{}, 0, 0.4]}}", k > 0 ? ", " : "", k);
+    const Shape row = read_shape(io::read_config("s = {union = [" + disks + "]}", "").children.front());
+    CHECK(row(4999.0, 0.0));
+    CHECK_FALSE(row(0.5, 0.0));
+    CHECK(read_shape(io::read_config("s = " + row.toml(), "").children.front()).toml() == row.toml());
 
     CHECK(contains(shape_error("{circle = [0, 0, 1]}"), "there is no shape 'circle'; there are rectangle, disk"));
     CHECK(contains(shape_error("{disc = [0, 0, 1]}"), "did you mean disk?"));
@@ -225,6 +246,18 @@ TEST_CASE("particles from CSV and from HDF5 have what the file says, and the res
             const double area = geometry == mpm::Geometry::axisymmetric ? 2e-4 / 0.3 : 2e-4;
             CHECK(4.0 * p.half_width[2] * p.half_height[2] == doctest::Approx(area));
         }
+    // as other programs write it: the last line has no end, or lines end in two characters
+    for (const std::string text : {"x,y,volume\n0.1,0.2,1e-4\n0.3,0.4,1e-4", "x,y,volume\r\n0.1,0.2,1e-4\r\n0.3,0.4,1e-4\r\n"}) {
+        scratch::write(folder / "b.csv", text);
+        mpm::Particles p;
+        add_particles(p, body, folder / "b.csv", scene);
+        CHECK(p.size() == 2);
+    }
+    CHECK(contains(message_of<InputError>([&] {
+                       mpm::Particles p;
+                       add_particles(p, body, "/dev/zero", scene);
+                   }),
+                   "/dev/zero: this is not a file"));
     for (const auto& [text, message] : {std::pair<std::string, std::string>{"x,y\n1,2\n", "it lacks the column 'volume'"},
                                         {"x,y,volume,velocty_x\n1,2,3,4\n", "did you mean velocity_x?"},
                                         {"x,y,volume\n1,2,-3\n", "particle 0 has the volume -3 m^3"},
@@ -244,6 +277,7 @@ TEST_CASE("snapshots at equal intervals, beside those asked for") {
     CHECK(io::regular_times("--snapshots-every", {0.05}, 0.0, 1.0) == std::vector{0.05});
     CHECK(io::regular_times("--snapshots-every", {0.05}, 0.5, 1.2) == std::vector{0.05, 0.0, 0.5, 1.0});
     CHECK(io::regular_times("--snapshots-every", {}, 0.1, 0.3).size() == 4); // 3 * 0.1 > 0.3 by round-off alone
+    CHECK(io::regular_times("--snapshots-every", {}, 1e308, 1.79e308).size() == 2);
     CHECK(contains(message_of<InputError>([] { (void)io::regular_times("--snapshots-every", {}, 1e-9, 1.0); }),
                    "--snapshots-every 1e-09"));
 }
@@ -319,6 +353,9 @@ TEST_CASE("initial fields from a file: the same grid, another one, and a stress 
     for (const auto& [text, message] :
          {std::pair<std::string, std::string>{"x,y,chi\n0,0,640\n", "it lacks the field 'effective_temperature'"},
           {"effective_temperature\n640\n", "it lacks the columns x and y"},
+          {"x,y,effective_temperature\n", "its 0 cells are no rows of equal length"},
+          {"x,y,effective_temperature\n0,nan,640\n", "its 1 cells are no rows of equal length"},
+          {"x,y,effective_temperature\n0,0,640\n1,0,640\n0,1,640\n", "its 3 cells are no rows of equal length"},
           {"x,y,effective_temperature\n-0.005,0,640\n0.004,0,640\n", "row 2 lies at (0.004, 0) m"},
           {"x,y,effective_temperature\n0,0,-5\n", "the effective temperature is -5 at cell (0, 0): it must be from 1 to 21000 K"},
           {"x,y,effective_temperature,tau\n0,0,640,1\n", "a stress needs all of pressure, s, tau and q"}}) {
@@ -327,6 +364,10 @@ TEST_CASE("initial fields from a file: the same grid, another one, and a stress 
         CAPTURE(said);
         CHECK(contains(said, message));
     }
+    io::Hdf5File file = io::Hdf5File::create(folder / "begun.h5");
+    file.create_group("snapshots");
+    file.close();
+    CHECK(contains(message_of<InputError>([&] { (void)start(scene, "begun.h5"); }), "begun.h5: it has no snapshot"));
 }
 
 TEST_SUITE_END();

@@ -22,6 +22,16 @@ Hdf5File open_sealed(const std::filesystem::path& path) {
     return Hdf5File::open(path);
 }
 
+/// A count of a run: one that cannot be would overflow sooner or later.
+std::int64_t count_in(const Hdf5File& file, const std::filesystem::path& path, const std::string& group,
+                      const std::string& name) {
+    const std::int64_t count = file.integer_attribute(group, name);
+    if (count < -1 || count > std::int64_t{1} << 53) // -1: none yet
+        throw InputError(
+            fmt::format("{}: '{}' is {}, which no run counts to: use another checkpoint", path.string(), name, count));
+    return count;
+}
+
 std::string in_group(std::string_view group, const std::string& name) { return fmt::format("{}/{}", group, name); }
 
 } // namespace
@@ -99,7 +109,7 @@ std::string CheckpointReader::config() const { return file_.read_text("config");
 
 double CheckpointReader::scalar(const std::string& name) const { return file_.double_attribute("scalars", name); }
 
-std::int64_t CheckpointReader::counter(const std::string& name) const { return file_.integer_attribute("counters", name); }
+std::int64_t CheckpointReader::counter(const std::string& name) const { return count_in(file_, path(), "counters", name); }
 
 std::string CheckpointReader::text(const std::string& name) const { return file_.text_attribute("texts", name); }
 
@@ -128,14 +138,14 @@ std::optional<EarlierSnapshots> CheckpointReader::snapshots(const OutputFolder& 
         return std::nullopt;
     return EarlierSnapshots{.fields = folder.fields(),
                             .until_s = until_s,
-                            .count = static_cast<std::size_t>(file_.integer_attribute("/", "snapshots"))};
+                            .count = static_cast<std::size_t>(count_in(file_, path(), "/", "snapshots"))};
 }
 
 EarlierHistory CheckpointReader::history() const {
     return {.csv = path().parent_path() / "history.csv",
             .mark = {.columns = file_.text_attribute("history", "columns"),
-                     .rows = file_.integer_attribute("history", "rows"),
-                     .bytes = file_.integer_attribute("history", "bytes"),
+                     .rows = count_in(file_, path(), "history", "rows"),
+                     .bytes = count_in(file_, path(), "history", "bytes"),
                      .checksum = file_.integer_attribute("history", "checksum")}};
 }
 

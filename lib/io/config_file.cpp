@@ -11,7 +11,6 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 
 namespace ductile::io {
 namespace {
@@ -86,7 +85,14 @@ std::string read_config_file(const std::string& path) {
     std::ifstream file(path);
     if (!file || std::filesystem::is_directory(path))
         throw InputError(fmt::format("{}: the file cannot be read", path));
-    return {std::istreambuf_iterator<char>(file), {}};
+    std::string text;
+    std::vector<char> piece(1 << 16);
+    while (file.read(piece.data(), static_cast<std::streamsize>(piece.size())) || file.gcount() > 0) {
+        text.append(piece.data(), static_cast<std::size_t>(file.gcount()));
+        if (text.size() > 100'000'000) // a device that never ends, for one
+            throw InputError(fmt::format("{}: the file has more than 100 MB: it is no text of keys and values", path));
+    }
+    return text;
 }
 
 std::string toml_quoted(std::string_view text) {
@@ -99,6 +105,13 @@ std::string toml_quoted(std::string_view text) {
     return result + '"';
 }
 
+std::string toml_key(std::string_view key) {
+    const auto bare = [](char c) {
+        return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '_';
+    };
+    return !key.empty() && std::ranges::all_of(key, bare) ? std::string(key) : toml_quoted(key);
+}
+
 std::string toml_array(const std::vector<double>& values) { return fmt::format("[{}]", fmt::join(values, ", ")); }
 
 std::string to_toml(const ConfigNode& node) {
@@ -106,7 +119,8 @@ std::string to_toml(const ConfigNode& node) {
         return node.kind == ConfigNode::Kind::quoted ? toml_quoted(node.text) : node.text;
     std::string inside;
     for (const ConfigNode& child : node.children)
-        inside += fmt::format("{}{}{}{}", inside.empty() ? "" : ", ", child.key, node.is_table() ? " = " : "", to_toml(child));
+        inside += fmt::format("{}{}{}{}", inside.empty() ? "" : ", ", node.is_table() ? toml_key(child.key) : "",
+                              node.is_table() ? " = " : "", to_toml(child));
     return node.is_array() ? fmt::format("[{}]", inside) : fmt::format("{{{}}}", inside);
 }
 

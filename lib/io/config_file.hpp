@@ -28,6 +28,8 @@ struct ConfigNode {
 /// The whole text of a file. Throws InputError when it cannot be read.
 [[nodiscard]] std::string read_config_file(const std::string& path);
 
+/// A key as TOML writes it: bare, or in quotes.
+[[nodiscard]] std::string toml_key(std::string_view key);
 /// A text as TOML writes it: in quotes.
 [[nodiscard]] std::string toml_quoted(std::string_view text);
 /// "[1, 2.5]"

@@ -113,24 +113,28 @@ Id open_dataset(hid_t file, const std::filesystem::path& path, const std::string
     return {id, H5Dclose};
 }
 
-std::vector<std::size_t> extents(hid_t data) {
-    const Id space(H5Dget_space(data), H5Sclose);
+/// Throws InputError where the file cannot hold so many values: nobody takes memory on the word of a damaged file.
+std::vector<std::size_t> extents(hid_t data, const std::filesystem::path& path, const std::string& name) {
+    const Id space(H5Dget_space(data), H5Sclose), type(H5Dget_type(data), H5Tclose);
     std::vector<hsize_t> found(static_cast<std::size_t>(std::max(0, H5Sget_simple_extent_ndims(space))));
     if (!found.empty())
         H5Sget_simple_extent_dims(space, found.data(), nullptr);
+    constexpr double densest = 1100.0; // compression: deflate comes to 1032 at most
+    double bytes = static_cast<double>(H5Tget_size(type));
+    for (const hsize_t extent : found)
+        bytes *= static_cast<double>(extent);
+    if (bytes > densest * static_cast<double>(H5Dget_storage_size(data)))
+        throw InputError(fmt::format("{}: '{}' claims {} values, more than are stored: it is damaged", path.string(), name,
+                                     fmt::join(found, " x ")));
     return {found.begin(), found.end()};
 }
 
 template <class T>
 std::vector<T> read_vector(hid_t file, const std::filesystem::path& path, const std::string& name, hid_t type) {
     const Id data = open_dataset(file, path, name);
-    const std::vector<std::size_t> found = extents(data);
+    const std::vector<std::size_t> found = extents(data, path, name);
     if (found.size() != 1)
         throw InputError(fmt::format("{}: '{}' has {} dimensions, expected 1", path.string(), name, found.size()));
-    std::error_code unknown;
-    if (found[0] > std::filesystem::file_size(path, unknown) / sizeof(T)) // no memory is taken on the word of a damaged file
-        throw InputError(
-            fmt::format("{}: '{}' claims {} values, more than the file can hold: it is damaged", path.string(), name, found[0]));
     std::vector<T> values(found[0]);
     if (!values.empty() && H5Dread(data, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()) < 0)
         fail_to_read(path, fmt::format("cannot read '{}'", name));
@@ -254,7 +258,7 @@ void Hdf5File::write(const std::string& name, const std::string& text) {
 
 void Hdf5File::read(const std::string& name, const MutableArrayView& values) const {
     const Id data = open_dataset(id_, path_, name);
-    const std::vector<std::size_t> found = extents(data);
+    const std::vector<std::size_t> found = extents(data, path_, name);
     const std::vector<std::size_t> wanted = {static_cast<std::size_t>(values.rows), static_cast<std::size_t>(values.columns)};
     if (found != wanted)
         throw InputError(fmt::format("{}: '{}' is {} values, expected {} (rows x columns)", path_.string(), name,
@@ -281,11 +285,13 @@ std::string Hdf5File::read_text(const std::string& name) const {
     const Id data = open_dataset(id_, path_, name);
     const Id type = text_type();
     char* text = nullptr;
-    if (!extents(data).empty() || H5Dread(data, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, &text) < 0)
+    if (!extents(data, path_, name).empty() || H5Dread(data, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, &text) < 0)
         fail_to_read(path_, fmt::format("cannot read '{}' as text", name));
     return adopt(text);
 }
 
-std::vector<std::size_t> Hdf5File::shape(const std::string& name) const { return extents(open_dataset(id_, path_, name)); }
+std::vector<std::size_t> Hdf5File::shape(const std::string& name) const {
+    return extents(open_dataset(id_, path_, name), path_, name);
+}
 
 } // namespace ductile::io

@@ -21,6 +21,8 @@ void read_attribute(hid_t file, const std::filesystem::path& path, const std::st
         fail_to_read(path, fmt::format("attribute '{}' of '{}' is missing", name, object));
     }
     const Id attribute(H5Aopen_by_name(file, object.c_str(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+    if (attribute.valid() && H5Sget_simple_extent_npoints(Id(H5Aget_space(attribute), H5Sclose)) != 1)
+        fail_to_read(path, fmt::format("attribute '{}' of '{}' is not one value", name, object));
     if (!attribute.valid() || H5Aread(attribute, type, value) < 0)
         fail_to_read(path, fmt::format("cannot read attribute '{}' of '{}'", name, object));
 }

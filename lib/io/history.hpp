@@ -28,6 +28,8 @@ struct HistoryTable {
 /// Reads these columns of a history.csv back (all, if none is named); a last line without its end is left out. Throws
 /// InputError for a file that is not such a table, RunError for a column it does not have.
 [[nodiscard]] HistoryTable read_history(const std::filesystem::path& csv, const std::vector<std::string>& columns = {});
+/// The same for a table that a user gives: its last line counts, ended or not, and lines may end as on other systems.
+[[nodiscard]] HistoryTable read_table(const std::filesystem::path& csv);
 
 /// How far a history had come when a checkpoint was written: what the file began with then.
 struct HistoryMark {

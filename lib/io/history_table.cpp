@@ -39,10 +39,20 @@ std::vector<double> HistoryTable::column(std::string_view name) const {
     return picked;
 }
 
-HistoryTable read_history(const std::filesystem::path& csv, const std::vector<std::string>& columns) {
+namespace {
+
+enum class Writer { run, user };
+
+HistoryTable read(const std::filesystem::path& csv, const std::vector<std::string>& columns, Writer writer) {
     std::ifstream file(csv);
     std::string line;
-    if (!std::getline(file, line))
+    const auto next_line = [&] {
+        const bool found = static_cast<bool>(std::getline(file, line));
+        if (found && writer == Writer::user && line.ends_with('\r'))
+            line.pop_back();
+        return found;
+    };
+    if (!next_line())
         throw InputError(fmt::format("{}: the history cannot be read", csv.string()));
     const std::vector<std::string> all = split(line);
     HistoryTable table{.columns = columns.empty() ? all : columns};
@@ -50,7 +60,7 @@ HistoryTable read_history(const std::filesystem::path& csv, const std::vector<st
     std::vector<std::size_t> target(all.size(), unused);
     for (std::size_t c = 0; c < table.columns.size(); ++c)
         target[place(all, table.columns[c])] = c;
-    for (std::int64_t row = 1; std::getline(file, line) && !file.eof(); ++row) {
+    for (std::int64_t row = 1; next_line() && (writer == Writer::user || !file.eof()); ++row) {
         const std::size_t first = table.values.size();
         table.values.resize(first + table.columns.size());
         const char* cursor = line.data();
@@ -67,6 +77,19 @@ HistoryTable read_history(const std::filesystem::path& csv, const std::vector<st
         }
     }
     return table;
+}
+
+} // namespace
+
+HistoryTable read_history(const std::filesystem::path& csv, const std::vector<std::string>& columns) {
+    return read(csv, columns, Writer::run);
+}
+
+HistoryTable read_table(const std::filesystem::path& csv) {
+    std::error_code unknown;
+    if (std::filesystem::exists(csv, unknown) && !std::filesystem::is_regular_file(csv, unknown)) // it may never end
+        throw InputError(fmt::format("{}: this is not a file", csv.string()));
+    return read(csv, {}, Writer::user);
 }
 
 } // namespace ductile::io

@@ -10,7 +10,10 @@
 namespace ductile::io {
 namespace {
 
-/// Checkpoints and summaries keep every option as text.
+std::string without_dashes(const std::string& key) { return key.starts_with("--") ? key.substr(2) : key; }
+
+} // namespace
+
 void check_storable(const std::string& text) {
     try {
         (void)read_config("text = " + toml_quoted(text), "");
@@ -18,10 +21,6 @@ void check_storable(const std::string& text) {
         throw InputError("it must be UTF-8 text without control characters");
     }
 }
-
-std::string without_dashes(const std::string& key) { return key.starts_with("--") ? key.substr(2) : key; }
-
-} // namespace
 
 std::string visible(const std::string& text) {
     std::string result;

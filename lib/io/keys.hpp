@@ -119,6 +119,8 @@ void Keys::choice(const std::string& key, Enum& value, const std::vector<std::pa
     choose(key, names, help, word_of_value, take);
 }
 
+/// Throws InputError for a text that checkpoints and summaries cannot keep.
+void check_storable(const std::string& text);
 /// For messages: what a terminal would not show.
 [[nodiscard]] std::string visible(const std::string& text);
 

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdlib>
+#include <iterator>
 #include <numeric>
 
 namespace ductile::io {
@@ -29,6 +31,8 @@ std::string did_you_mean(std::string_view word, const std::vector<std::string>& 
     int smallest = 1 + std::max(1, static_cast<int>(word.size()) / 3);
     for (const std::string& name : names) {
         const bool begins = word.size() >= 3 && name.starts_with(word);
+        if (!begins && std::abs(std::ssize(name) - std::ssize(word)) >= smallest)
+            continue; // so far apart at least
         const int distance = begins ? 1 : edit_distance(word, name);
         if (distance < smallest) {
             smallest = distance;

@@ -48,7 +48,7 @@ std::vector<double> regular_times(std::string_view option, std::vector<double> t
     if (every_s > 0.0 && !(end_s / every_s <= 1e6))
         throw InputError(fmt::format("{} {}: these would be {:.3g} times up to {:g} s: take a longer interval", option, every_s,
                                      end_s / every_s, end_s));
-    for (double k = 0.0; every_s > 0.0 && k * every_s <= end_s * (1.0 + 1e-12); k += 1.0)
+    for (double k = 0.0; every_s > 0.0 && k <= end_s / every_s * (1.0 + 1e-12); k += 1.0)
         times_s.push_back(k * every_s);
     return times_s;
 }

@@ -1,6 +1,7 @@
 #include <ductile/base/error.hpp>
 #include <ductile/io/checkpoint.hpp>
 #include <ductile/io/config_file.hpp>
+#include <ductile/io/keys.hpp>
 #include <ductile/io/nearest_name.hpp>
 #include <ductile/io/scene_file.hpp>
 
@@ -37,6 +38,11 @@ SceneCall scene_call(int argc, const char* const* argv) {
     call.arguments.assign(argv, argv + argc);
     if (has_file) {
         call.file = words.front();
+        try {
+            check_storable(call.file.string()); // the default of --output is made of it
+        } catch (const InputError& error) {
+            throw InputError(fmt::format("{}: the name of the file: {}", visible(call.file.string()), error.what()));
+        }
         call.arguments.erase(call.arguments.begin() + 1);
         read_carrier(call, read_config_file(call.file.string()), call.file.string());
         return call;

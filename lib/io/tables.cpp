@@ -30,6 +30,16 @@ std::vector<const ConfigNode*> Tables::nodes(const std::string& name, bool named
     return found;
 }
 
+std::string Tables::name_of(const std::string& name, const ConfigNode& node) const {
+    try {
+        check_storable(node.key);
+    } catch (const InputError& error) {
+        throw InputError(
+            fmt::format("{}, line {}: [{}.\"{}\"]: the name: {}", source_, node.line, name, visible(node.key), error.what()));
+    }
+    return node.key;
+}
+
 void Tables::one(const std::string& place, const std::string& meaning, std::size_t number, const ConfigNode* node,
                  const std::function<void(Keys&)>& declare) {
     if (root_ != nullptr) {

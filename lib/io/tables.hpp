@@ -44,8 +44,8 @@ private:
             values.assign(found.size(), T{});
         for (std::size_t k = 0; k < values.size(); ++k) {
             if (root_ != nullptr && head.empty())
-                values[k].name = found[k]->key;
-            const std::string place = head.empty() ? "[" + name + "." + values[k].name + "]" : head;
+                values[k].name = name_of(name, *found[k]);
+            const std::string place = head.empty() ? "[" + name + "." + toml_key(values[k].name) + "]" : head;
             one(place, k == 0 ? meaning : "", head.empty() ? 0 : k + 1, root_ ? found[k] : nullptr,
                 [&](Keys& keys) { declare(keys, values[k]); });
         }
@@ -54,6 +54,8 @@ private:
     void one(const std::string& place, const std::string& meaning, std::size_t number, const ConfigNode* node,
              const std::function<void(Keys&)>& declare);
     [[nodiscard]] std::vector<const ConfigNode*> nodes(const std::string& name, bool named);
+    /// The X of [name.X].
+    [[nodiscard]] std::string name_of(const std::string& name, const ConfigNode& node) const;
 
     const ConfigNode* root_ = nullptr; // null: writing
     std::string source_, text_;

@@ -18,18 +18,22 @@ struct Range {
     [[nodiscard]] double part(double value) const { return (value - low) / (high - low); }
 };
 
-/// From the smallest to the largest finite value, widened if there is only one.
+/// Whether differences of such values are numbers.
+bool can_be_shown(double value) { return std::abs(value) < 1e300; }
+
+/// From the smallest to the largest value that can be shown, widened if there is only one.
 Range range_of(std::span<const double> values) {
     double low = std::numeric_limits<double>::infinity(), high = -low;
     for (const double value : values)
-        if (std::isfinite(value))
+        if (can_be_shown(value))
             low = std::min(low, value), high = std::max(high, value);
     if (low > high)
         return {};
-    const double least = 1e-9 * std::max(std::abs(low), std::abs(high));
+    constexpr double nothing = 1e-290;
+    const double least = std::max(1e-9 * std::max(std::abs(low), std::abs(high)), nothing);
     if (high - low > least)
         return {low, high};
-    const double margin = low == 0.0 ? 1.0 : 0.5 * std::abs(low);
+    const double margin = std::abs(low) < nothing ? 1.0 : 0.5 * std::abs(low);
     return {low - margin, high + margin};
 }
 
@@ -105,11 +109,11 @@ std::string terminal_plot(std::span<const double> x, std::span<const double> y, 
     Canvas canvas(options.width, options.height);
     const auto dot_x = [&](std::size_t k) { return across.part(x[k]) * (canvas.dots_x() - 1); };
     const auto dot_y = [&](std::size_t k) { return up.part(y[k]) * (canvas.dots_y() - 1); };
-    const auto finite = [&](std::size_t k) { return std::isfinite(x[k]) && std::isfinite(y[k]); };
+    const auto shown = [&](std::size_t k) { return can_be_shown(x[k]) && can_be_shown(y[k]); };
     for (std::size_t k = 0; k < x.size(); ++k) {
-        if (!finite(k))
+        if (!shown(k))
             continue;
-        const std::size_t from = k > 0 && finite(k - 1) ? k - 1 : k;
+        const std::size_t from = k > 0 && shown(k - 1) ? k - 1 : k;
         canvas.segment(dot_x(from), dot_y(from), dot_x(k), dot_y(k));
     }
 

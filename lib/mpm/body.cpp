@@ -1,23 +1,44 @@
 #include <ductile/base/error.hpp>
+#include <ductile/base/memory.hpp>
 #include <ductile/mpm/body.hpp>
 #include <ductile/mpm/scene.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <fmt/format.h>
-#include <limits>
+#include <string>
 #include <utility>
+#include <vector>
 
 namespace ductile::mpm {
 
 namespace {
 
-/// Calls `visit(x, y)` for the trial points in the shape, of the grid's cells and of as many cells beyond each side.
-void for_each_trial_point(const Grid& grid, int per_side, const Shape& shape, const auto& visit) {
+/// Cells [first, end) of one direction that an interval touches, of the grid's and of as many beyond each side; with a cell more
+/// at each end for round-off.
+struct CellRange {
+    int first, end;
+
+    CellRange(double from, double to, double origin, double cell, int cells)
+        : first(static_cast<int>(std::clamp((from - origin) / cell - 1.0, -1.0 * cells, 2.0 * cells))),
+          end(static_cast<int>(std::clamp((to - origin) / cell + 2.0, -1.0 * cells, 2.0 * cells))) {}
+    [[nodiscard]] double within(int cells) const { return std::max(0, std::min(end, cells) - std::max(first, 0)); }
+};
+
+/// Calls `visit(x, y)` for the trial points in the shape, of the grid's cells and of as many cells beyond each side. Throws
+/// InputError, beginning with `name`, where so many of `point_bytes` as lie around the shape in the grid do not fit into memory.
+void for_each_trial_point(const Grid& grid, int per_side, const Shape& shape, const std::string& name, double point_bytes,
+                          const auto& visit) {
     if (per_side < 1 || per_side > 100)
         throw InputError(fmt::format("{} particles along a cell's side: from 1 to 100 are possible", per_side));
-    for (int cy = -grid.cells_y; cy < 2 * grid.cells_y; ++cy)
-        for (int cx = -grid.cells_x; cx < 2 * grid.cells_x; ++cx)
+    const CellRange across(shape.box().left, shape.box().right, grid.left, grid.dx(), grid.cells_x);
+    const CellRange up(shape.box().bottom, shape.box().top, grid.bottom, grid.dy(), grid.cells_y);
+    const double points = across.within(grid.cells_x) * up.within(grid.cells_y) * per_side * per_side;
+    require_memory(point_bytes * points, fmt::format("{} may have {:.3g} points", name, points),
+                   "use larger cells or fewer particles a cell");
+    for (int cy = up.first; cy < up.end; ++cy)
+        for (int cx = across.first; cx < across.end; ++cx)
             for (int j = 0; j < per_side; ++j)
                 for (int i = 0; i < per_side; ++i) {
                     const double x = grid.left + (cx + (i + 0.5) / per_side) * grid.dx();
@@ -27,17 +48,10 @@ void for_each_trial_point(const Grid& grid, int per_side, const Shape& shape, co
                 }
 }
 
-/// The smallest box around some points.
-struct Box {
-    double left = std::numeric_limits<double>::infinity(), right = -left, bottom = left, top = -left;
-
-    void add(double x, double y) {
-        left = std::min(left, x);
-        right = std::max(right, x);
-        bottom = std::min(bottom, y);
-        top = std::max(top, y);
-    }
-};
+/// Makes it larger if need be, so that it holds a point.
+void add(Box& box, double x, double y) {
+    box = {std::min(box.left, x), std::min(box.bottom, y), std::max(box.right, x), std::max(box.top, y)};
+}
 
 /// Whether a point beyond sides that slip, or beyond the axis, is the mirror image of a point (x, y) within.
 bool mirrored_inside(const Grid& grid, Geometry geometry, double& x, double& y) {
@@ -94,19 +108,24 @@ void add_body(Particles& particles, const Body& body, const Scene& scene) {
     const std::size_t before = particles.size();
     const std::int64_t number = before == 0 ? 0 : *std::max_element(particles.body.begin(), particles.body.end()) + 1;
     const double half_width = 0.5 * grid.dx() / body.particles_per_side, half_height = 0.5 * grid.dy() / body.particles_per_side;
-    Box all;
+    Box all{everywhere.right, everywhere.top, everywhere.left, everywhere.bottom};
     std::size_t outside = 0, mirrored = 0;
-    for_each_trial_point(grid, body.particles_per_side, body.shape, [&](double x, double y) {
-        all.add(x, y);
-        if (!contains(grid, x, y)) {
+    std::vector<std::array<double, 2>> places;
+    const double particle_bytes =
+        8.0 * static_cast<double>(2 + common_arrays(particles).size() + internal.size() + named_integer_arrays(particles).size());
+    for_each_trial_point(grid, body.particles_per_side, body.shape, body.name, particle_bytes, [&](double x, double y) {
+        add(all, x, y);
+        if (contains(grid, x, y)) {
+            places.push_back({x, y});
+        } else {
             ++outside;
             mirrored += mirrored_inside(grid, geometry, x, y) && body.shape(x, y) ? 1 : 0;
-            return;
         }
-        const std::size_t p = particles.size();
-        particles.resize(p + 1);
-        particles.x[p] = x;
-        particles.y[p] = y;
+    });
+    particles.resize(before + places.size());
+    for (std::size_t p = before; p < particles.size(); ++p) {
+        const double x = particles.x[p] = places[p - before][0];
+        particles.y[p] = places[p - before][1];
         particles.velocity_x[p] = body.velocity_x;
         particles.velocity_y[p] = body.velocity_y;
         particles.density[p] = body.density;
@@ -118,8 +137,8 @@ void add_body(Particles& particles, const Body& body, const Scene& scene) {
         particles.material[p] = body.material;
         particles.body[p] = number;
         particles.id[p] = static_cast<std::int64_t>(p);
-    });
-    const std::size_t inside = particles.size() - before;
+    }
+    const std::size_t inside = places.size();
     // a plane of symmetry needs the image of every particle, too
     const auto whole = [&](std::size_t p) {
         const double x = particles.x[p], y = particles.y[p], right = grid.left + grid.width, top = grid.bottom + grid.height;
@@ -150,7 +169,7 @@ void add_body(Particles& particles, const Body& body, const Scene& scene) {
 RigidBody make_rigid_body(const std::string& name, const Shape& shape, int particles_per_side, const Grid& grid) {
     check(grid, Geometry::plane_strain);
     RigidBody body{.name = name, .half_width = 0.5 / particles_per_side};
-    for_each_trial_point(grid, particles_per_side, shape, [&](double x, double y) {
+    for_each_trial_point(grid, particles_per_side, shape, name, 2 * sizeof(double), [&](double x, double y) {
         body.x.push_back(x);
         body.y.push_back(y);
     });

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <string_view>
+#include <utility>
 
 namespace ductile::mpm {
 
@@ -44,11 +45,16 @@ void restore(const io::CheckpointReader& checkpoint, StepControl& control, Tally
                      .rest = checkpoint.scalar("rest_of_step"),
                      .shortened = static_cast<StepControl::Shortened>(shortened - shortened_by.begin()),
                      .touching = checkpoint.integer_vector("touching")});
-    for (auto& [name, numbers] : tally)
-        numbers = checkpoint.vector(fmt::format("tally/{}", name));
+    for (auto& [name, numbers] : tally) {
+        std::vector<double> stored = checkpoint.vector(fmt::format("tally/{}", name));
+        if (stored.size() < numbers.size()) // some grow in a run
+            throw InputError(fmt::format("{}: 'tally/{}' has {} values, expected {} or more: use another checkpoint",
+                                         checkpoint.path().string(), name, stored.size(), numbers.size()));
+        numbers = std::move(stored);
+    }
 }
 
-State read_state(const io::CheckpointReader& checkpoint, const State& start) {
+State read_state(const io::CheckpointReader& checkpoint, const Scene& scene, const State& start) {
     State state = start;
     const std::size_t stored = checkpoint.vector("particles/x").size();
     if (stored != start.particles.size())
@@ -78,6 +84,11 @@ State read_state(const io::CheckpointReader& checkpoint, const State& start) {
     if (!std::isfinite(state.time) || state.step < 0)
         throw InputError(fmt::format("{}: time {} s after {} steps is impossible: use another checkpoint",
                                      checkpoint.path().string(), state.time, state.step));
+    try {
+        check(scene, state.particles, state.rigid_bodies, state.time);
+    } catch (const InputError& error) {
+        throw InputError(fmt::format("{}: {}; use another checkpoint", checkpoint.path().string(), error.what()));
+    }
     return state;
 }
 

@@ -1,4 +1,5 @@
 #include <ductile/base/error.hpp>
+#include <ductile/base/memory.hpp>
 #include <ductile/mpm/grid.hpp>
 
 #include <cmath>
@@ -12,10 +13,12 @@ bool contains(const Grid& g, double x, double y) {
 }
 
 void check(const Grid& g, Geometry geometry) {
-    constexpr int largest = 20'000;
-    if (g.cells_x < 3 || g.cells_y < 3 || g.cells_x > largest || g.cells_y > largest)
+    if (g.cells_x < 3 || g.cells_y < 3 || g.cells_x > most_cells || g.cells_y > most_cells)
         throw InputError(fmt::format("the background grid has {} x {} cells: from 3 to {} are possible each way", g.cells_x,
-                                     g.cells_y, largest));
+                                     g.cells_y, most_cells));
+    constexpr double node_bytes = 24.0; // of a node without mass
+    require_memory(node_bytes * g.cells_x * g.cells_y, fmt::format("the background grid has {} x {} cells", g.cells_x, g.cells_y),
+                   "use larger ones");
     if (!(g.width > 0.0 && g.height > 0.0 && std::isfinite(g.width) && std::isfinite(g.height)))
         throw InputError(
             fmt::format("the background grid is {} x {} m: both extents must be positive and finite", g.width, g.height));

@@ -37,12 +37,14 @@ struct Grid {
     [[nodiscard]] double smallest_spacing() const { return dx() < dy() ? dx() : dy(); }
 };
 
+inline constexpr int most_cells = 20'000; ///< of a grid, each way
+
 /// Whether a point lies in the grid, its edge included.
 [[nodiscard]] bool contains(const Grid& grid, double x, double y);
 
-/// Throws InputError unless there are 3 to 20000 cells each way, the extents are positive and finite, the place is finite and not
-/// so far from the origin that cells vanish in round-off, an axisymmetric grid begins at a radius of zero or more, and either
-/// left and right are periodic, in a plane geometry, or no side is.
+/// Throws InputError unless there are 3 to most_cells cells each way, and memory for them, the extents are positive and finite,
+/// the place is finite and not so far from the origin that cells vanish in round-off, an axisymmetric grid begins at a radius of
+/// zero or more, and either left and right are periodic, in a plane geometry, or no side is.
 void check(const Grid& grid, Geometry geometry);
 
 } // namespace ductile::mpm

@@ -172,6 +172,20 @@ PreconditionerKind preconditioner_kind(const Options& o, const Scene& scene, con
     return dt >= worth * stable ? PreconditionerKind::tangent : PreconditionerKind::diagonal;
 }
 
+/// Throws InputError for a rigid body that would take more steps than a machine can make.
+void check_rigid_travel(const Scene& scene, const State& state, double end) {
+    for (const RigidBody& body : state.rigid_bodies) {
+        const double speed = body.velocity.largest(
+            [](const Velocity& velocity) { return std::max(std::abs(velocity.u), std::abs(velocity.v)); }, state.time);
+        const double cells = speed * (end - state.time) / scene.grid.smallest_spacing();
+        if (cells > 1e9)
+            throw InputError(
+                fmt::format("the rigid body '{}' would cross {:.3g} cells of the grid in the run, one or less a step: its "
+                            "speed of {:.3g} m/s or the duration of {:.3g} s is out of all proportion",
+                            body.name, cells, speed, end));
+    }
+}
+
 const char* name_of(Method method) {
     const char* names[] = {"explicit", "implicit", "implicit midpoint", "quasi-static"};
     return names[static_cast<int>(method)];
@@ -197,6 +211,9 @@ int cells_along(double length, const Options& options, const std::string& what, 
     if (!(std::abs(cells - std::round(cells)) <= 1e-9) || cells < at_least - 0.5)
         throw InputError(
             fmt::format("--cell-size {}: it must divide {}, {:g} m, into {} or more", options.cell_size, what, length, at_least));
+    if (cells > most_cells)
+        throw InputError(fmt::format("--cell-size {}: it would divide {}, {:g} m, into {:.3g}: {} cells are possible at most",
+                                     options.cell_size, what, length, cells, most_cells));
     return static_cast<int>(std::round(cells));
 }
 
@@ -293,6 +310,7 @@ StepControl make_step_control(const Options& o, const Scene& scene, const State&
                         "machine ends: take longer ones (for --dt auto another --safety or material), or a shorter "
                         "--duration",
                         o.duration, target, first, steps));
+    check_rigid_travel(scene, start, o.duration);
     return StepControl({.target = target,
                         .first = first,
                         .growth = o.step_growth,
@@ -353,7 +371,7 @@ std::string describe(const Options& o, const Scene& scene, const State& start, c
 int run_program(const io::Program& program, const Options& options, const Problem& problem) {
     check(problem.scene, problem.start.particles, problem.start.rigid_bodies, problem.start.time);
     const auto checkpoint = program.open_restart(checkpoint_format);
-    State state = checkpoint ? read_state(*checkpoint, problem.start) : problem.start;
+    State state = checkpoint ? read_state(*checkpoint, problem.scene, problem.start) : problem.start;
     StepControl control = make_step_control(options, problem.scene, problem.start);
     const auto stepper = make_time_stepper(options, problem.scene, problem.start);
     const run::Outputs outputs = make_outputs(options, state);

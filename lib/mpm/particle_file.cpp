@@ -21,7 +21,7 @@ std::map<std::string, std::vector<double>> read_columns(const std::filesystem::p
         for (const std::string& name : file.members("/"))
             columns[name] = file.read_doubles(name);
     } else {
-        const io::HistoryTable table = io::read_history(path);
+        const io::HistoryTable table = io::read_table(path);
         for (const std::string& name : table.columns)
             columns[name] = table.column(name);
     }

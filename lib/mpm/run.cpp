@@ -33,20 +33,6 @@ std::vector<std::array<double, 2>> contact_forces_at_start(const Problem& proble
     return forces;
 }
 
-/// Throws InputError for a rigid body that would take more steps than a machine can make.
-void check_rigid_travel(const Scene& scene, const State& state, double end) {
-    for (const RigidBody& body : state.rigid_bodies) {
-        const double speed = body.velocity.largest(
-            [](const Velocity& velocity) { return std::max(std::abs(velocity.u), std::abs(velocity.v)); }, state.time);
-        const double cells = speed * (end - state.time) / scene.grid.smallest_spacing();
-        if (cells > 1e9)
-            throw InputError(
-                fmt::format("the rigid body '{}' would cross {:.3g} cells of the grid in the run, one or less a step: its "
-                            "speed of {:.3g} m/s or the duration of {:.3g} s is out of all proportion",
-                            body.name, cells, speed, end));
-    }
-}
-
 /// The counter of steps that were refused for a reason.
 const char* counter_of(StepFailure failure) {
     switch (failure) {
@@ -331,7 +317,6 @@ private:
 io::RunStatus run(const Problem& problem, State& state, TimeStepper& stepper, StepControl& control, const run::Outputs& outputs,
                   const Monitor::Options& monitor, const run::Files& files, io::RunSummary& summary) {
     check(problem.scene, state.particles, state.rigid_bodies, state.time);
-    check_rigid_travel(problem.scene, state, outputs.duration_s);
     PointsRun points_run(problem, state, stepper, control, monitor, files.checkpoint);
     return run::loop(points_run, outputs, files, summary);
 }

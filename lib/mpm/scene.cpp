@@ -112,7 +112,7 @@ void check_numbers(const Scene& scene, const Particles& particles) {
                 particles.id[p], particles.x[p], particles.y[p], g.left, g.bottom, g.left + g.width, g.bottom + g.height));
 }
 
-void check_rigid_body(const RigidBody& body) {
+void check_rigid_body(const RigidBody& body, const Grid& g) {
     if (body.x.empty() || body.x.size() != body.y.size())
         throw InputError(
             fmt::format("the rigid body '{}' has {} x and {} y of points: it needs as many of both, and one at least", body.name,
@@ -121,6 +121,11 @@ void check_rigid_body(const RigidBody& body) {
         if (!std::isfinite(body.x[p]) || !std::isfinite(body.y[p]))
             throw InputError(fmt::format("point {} of the rigid body '{}' is at ({}, {}) m: that must be finite", p, body.name,
                                          body.x[p], body.y[p]));
+        else if (constexpr double far = 1e12; // cells, which are counted
+                 std::abs(body.x[p] - g.left) > far * g.dx() || std::abs(body.y[p] - g.bottom) > far * g.dy())
+            throw InputError(fmt::format("point {} of the rigid body '{}' is at ({}, {}) m: that is out of all proportion to the "
+                                         "cells of the grid",
+                                         p, body.name, body.x[p], body.y[p]));
 }
 
 } // namespace
@@ -164,7 +169,7 @@ void check(const Scene& scene, const Particles& particles, std::span<const Rigid
     }
     check_numbers(scene, particles);
     for (const RigidBody& body : rigid_bodies)
-        check_rigid_body(body);
+        check_rigid_body(body, scene.grid);
     if (scene.body_force)
         for (std::size_t p = 0; p < particles.size(); ++p) {
             const auto b = scene.body_force(particles.id[p], particles.x[p], particles.y[p], time);

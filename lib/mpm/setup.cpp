@@ -1,6 +1,7 @@
 #include <ductile/base/error.hpp>
 #include <ductile/io/nearest_name.hpp>
 #include <ductile/mpm/measure.hpp>
+#include <ductile/mpm/output.hpp>
 #include <ductile/mpm/particle_file.hpp>
 #include <ductile/mpm/setup.hpp>
 
@@ -168,12 +169,29 @@ template <class T> std::vector<std::string> names_of(const std::vector<T>& value
     return names;
 }
 
-/// Whether a file can name them: distinct and not empty.
+/// Whether a file can name them: distinct and not empty, and without what separates the columns of history.csv.
 void check_names(const std::vector<std::string>& names, const char* what) {
-    for (std::size_t k = 0; k < names.size(); ++k)
+    for (std::size_t k = 0; k < names.size(); ++k) {
+        if (names[k].find(',') != std::string::npos)
+            throw InputError(
+                fmt::format("{} are called '{}': no name may have a comma, which separates columns", what, names[k]));
         if (names[k].empty() || std::find(names.begin(), names.begin() + static_cast<std::ptrdiff_t>(k), names[k]) !=
                                     names.begin() + static_cast<std::ptrdiff_t>(k))
             throw InputError(fmt::format("{} are called '{}': each needs a name of its own", what, names[k]));
+    }
+}
+
+/// Throws InputError unless every column of history.csv has a name of its own, and the curve, if there is one, two of them.
+void check_columns(const Problem& problem) {
+    const std::vector<std::string> columns = history_columns(problem);
+    for (const Observable& observable : problem.observables)
+        if (std::ranges::count(columns, observable.name) > 1)
+            throw InputError(fmt::format("the observable '{}' has the name of another column of history.csv: call it otherwise",
+                                         observable.name));
+    for (const std::string* name : {&problem.curve_x, &problem.curve_y})
+        if (!(problem.curve_x.empty() && problem.curve_y.empty()) && std::ranges::find(columns, *name) == columns.end())
+            throw InputError(fmt::format("[curve]: there is no column '{}' in history.csv{}; it has {}", *name,
+                                         io::did_you_mean(*name, columns), fmt::join(columns, ", ")));
 }
 
 void add(Problem& problem, const Setup& setup, const Setup::Deformable& body, const Options& options) {
@@ -287,6 +305,7 @@ Problem make_problem(const Setup& setup, const Options& options) {
         for (const Observable& observable : all)
             extra["final_" + observable.name] = observable.value(seen);
     };
+    check_columns(problem);
     return problem;
 }
 

@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace ductile::quasistatic {
@@ -25,8 +26,12 @@ struct Fields {
 Fields read_hdf5(const std::filesystem::path& path, const std::vector<std::string>& names) {
     const io::Hdf5File file = io::Hdf5File::open(path);
     std::string folder;
-    if (file.contains("snapshots"))
-        folder = "snapshots/" + file.members("snapshots").back() + "/";
+    if (file.contains("snapshots")) {
+        const std::vector<std::string> snapshots = file.members("snapshots");
+        if (snapshots.empty())
+            throw InputError(fmt::format("{}: it has no snapshot", path.string()));
+        folder = "snapshots/" + snapshots.back() + "/";
+    }
     Fields fields;
     for (const std::string& name : names) {
         if (!file.contains(folder + name))
@@ -34,7 +39,8 @@ Fields read_hdf5(const std::filesystem::path& path, const std::vector<std::strin
         const std::vector<std::size_t> shape = file.shape(folder + name);
         const bool same = fields.values.empty() || (shape.size() == 2 && static_cast<int>(shape[0]) == fields.rows &&
                                                     static_cast<int>(shape[1]) == fields.columns);
-        if (shape.size() != 2 || shape[0] == 0 || shape[1] == 0 || !same)
+        if (shape.size() != 2 || shape[0] == 0 || shape[1] == 0 || !std::in_range<int>(shape[0]) ||
+            !std::in_range<int>(shape[1]) || !same)
             throw InputError(
                 fmt::format("{}: '{}' must have rows and columns, as many as the other fields", path.string(), name));
         fields.rows = static_cast<int>(shape[0]);
@@ -47,7 +53,7 @@ Fields read_hdf5(const std::filesystem::path& path, const std::vector<std::strin
 }
 
 Fields read_csv(const Scene& scene, const std::filesystem::path& path, const std::vector<std::string>& names) {
-    const io::HistoryTable table = io::read_history(path);
+    const io::HistoryTable table = io::read_table(path);
     const auto has = [&](const std::string& name) { return std::ranges::find(table.columns, name) != table.columns.end(); };
     if (!has("x") || !has("y"))
         throw InputError(fmt::format("{}: it lacks the columns x and y of the cell centres", path.string()));
@@ -56,6 +62,11 @@ Fields read_csv(const Scene& scene, const std::filesystem::path& path, const std
     while (fields.columns < static_cast<int>(y.size()) && y[static_cast<std::size_t>(fields.columns)] == y.front())
         ++fields.columns;
     fields.rows = fields.columns > 0 ? static_cast<int>(y.size()) / fields.columns : 0;
+    if (y.empty() || y.size() != static_cast<std::size_t>(fields.rows) * static_cast<std::size_t>(fields.columns))
+        throw InputError(
+            fmt::format("{}: its {} cells are no rows of equal length: give all cells, row after row, those of a row "
+                        "with the same y",
+                        path.string(), y.size()));
     const double length = scene.units.length;
     for (std::size_t k = 0; k < x.size(); ++k) {
         const int j = static_cast<int>(k) / fields.columns, i = static_cast<int>(k) % fields.columns;

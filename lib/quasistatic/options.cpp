@@ -1,4 +1,5 @@
 #include <ductile/base/error.hpp>
+#include <ductile/base/memory.hpp>
 #include <ductile/io/output_times.hpp>
 #include <ductile/quasistatic/options.hpp>
 
@@ -6,7 +7,6 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <limits>
-#include <unistd.h>
 
 namespace ductile::quasistatic {
 
@@ -18,14 +18,9 @@ double length_unit(const Options& o) { return 0.5 * o.height; }
 /// What a run holds besides the stepper: the field that a snapshot derives, and the program with its libraries.
 double overhead_bytes(const Grid& grid) { return 8.0 * grid.cells_x * grid.cells_y + 20e6; }
 
-/// A grid that cannot fit would end with the system killing the program, or with half of the machine swapped out.
 void check_memory(const Grid& grid, const std::string& scheme) {
-    const double needed = scheme_named(scheme).fields * 8.0 * grid.cells_x * grid.cells_y + overhead_bytes(grid);
-    const double present = static_cast<double>(::sysconf(_SC_PHYS_PAGES)) * static_cast<double>(::sysconf(_SC_PAGESIZE));
-    if (needed > present)
-        throw InputError(fmt::format("--cells {}x{}: this needs about {:.3g} GB of memory, this machine has {:.3g} GB: use fewer "
-                                     "cells",
-                                     grid.cells_x, grid.cells_y, needed * 1e-9, present * 1e-9));
+    require_memory(scheme_named(scheme).fields * 8.0 * grid.cells_x * grid.cells_y + overhead_bytes(grid),
+                   fmt::format("--cells {}x{}", grid.cells_x, grid.cells_y), "use fewer cells");
 }
 
 void declare_domain(io::Program& program, Options& o) {

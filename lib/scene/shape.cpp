@@ -10,20 +10,33 @@
 
 namespace ductile {
 
+namespace {
+
+Box hull(const Box& a, const Box& b) {
+    return {std::min(a.left, b.left), std::min(a.bottom, b.bottom), std::max(a.right, b.right), std::max(a.top, b.top)};
+}
+
+} // namespace
+
 Shape rectangle(double left, double bottom, double right, double top) {
     return {[=](double x, double y) { return x > left && x < right && y > bottom && y < top; },
-            fmt::format("{{rectangle = {}}}", io::toml_array({left, bottom, right, top}))};
+            fmt::format("{{rectangle = {}}}", io::toml_array({left, bottom, right, top})),
+            {left, bottom, right, top}};
 }
 
 Shape disk(double centre_x, double centre_y, double radius) {
     return {[=](double x, double y) { return std::hypot(x - centre_x, y - centre_y) < radius; },
-            fmt::format("{{disk = {}}}", io::toml_array({centre_x, centre_y, radius}))};
+            fmt::format("{{disk = {}}}", io::toml_array({centre_x, centre_y, radius})),
+            {centre_x - radius, centre_y - radius, centre_x + radius, centre_y + radius}};
 }
 
 Shape polygon(std::vector<std::array<double, 2>> corners) {
     std::string text;
-    for (const auto& [x, y] : corners)
+    Box box{everywhere.right, everywhere.top, everywhere.left, everywhere.bottom};
+    for (const auto& [x, y] : corners) {
         text += (text.empty() ? "" : ", ") + io::toml_array({x, y});
+        box = hull(box, {x, y, x, y});
+    }
     const auto inside = [corners = std::move(corners)](double x, double y) {
         bool odd = false;
         for (std::size_t k = 0; k < corners.size(); ++k) {
@@ -34,31 +47,51 @@ Shape polygon(std::vector<std::array<double, 2>> corners) {
         }
         return odd;
     };
-    return {inside, fmt::format("{{polygon = [{}]}}", text)};
+    return {inside, fmt::format("{{polygon = [{}]}}", text), box};
 }
 
 namespace {
 
-/// Of two shapes, or none if one of them has no text.
-std::string joined(const char* how, const Shape& first, const Shape& second) {
-    if (first.toml().empty() || second.toml().empty())
-        return {};
-    return fmt::format("{{{} = [{}, {}]}}", how, first.toml(), second.toml());
+/// "{how = [shape, ...]}", or nothing if one of the shapes has no text.
+std::string joined(const char* how, const std::vector<Shape>& shapes) {
+    std::string text;
+    for (const Shape& shape : shapes) {
+        if (shape.toml().empty())
+            return {};
+        text += (text.empty() ? "" : ", ") + shape.toml();
+    }
+    return fmt::format("{{{} = [{}]}}", how, text);
+}
+
+// of any number of shapes at once: calls within calls would go as deep
+
+Shape union_of(std::vector<Shape> shapes) {
+    std::string text = joined("union", shapes);
+    Box box = shapes.front().box();
+    for (const Shape& shape : shapes)
+        box = hull(box, shape.box());
+    return {[shapes = std::move(shapes)](double x, double y) {
+                return std::ranges::any_of(shapes, [&](const Shape& shape) { return shape(x, y); });
+            },
+            std::move(text), box};
+}
+
+/// The first without the others.
+Shape difference_of(std::vector<Shape> shapes) {
+    std::string text = joined("difference", shapes);
+    const Box box = shapes.front().box();
+    return {[shapes = std::move(shapes)](double x, double y) {
+                return shapes.front()(x, y) &&
+                       std::none_of(shapes.begin() + 1, shapes.end(), [&](const Shape& shape) { return shape(x, y); });
+            },
+            std::move(text), box};
 }
 
 } // namespace
 
-Shape operator|(Shape first, Shape second) {
-    std::string text = joined("union", first, second);
-    return {[first = std::move(first), second = std::move(second)](double x, double y) { return first(x, y) || second(x, y); },
-            std::move(text)};
-}
+Shape operator|(Shape first, Shape second) { return union_of({std::move(first), std::move(second)}); }
 
-Shape operator-(Shape first, Shape second) {
-    std::string text = joined("difference", first, second);
-    return {[first = std::move(first), second = std::move(second)](double x, double y) { return first(x, y) && !second(x, y); },
-            std::move(text)};
-}
+Shape operator-(Shape first, Shape second) { return difference_of({std::move(first), std::move(second)}); }
 
 std::vector<double> read_numbers(const io::ConfigNode& array, std::size_t count) {
     std::vector<double> numbers;
@@ -113,10 +146,10 @@ Shape read_shape(const io::ConfigNode& table) {
                                      fmt::join(kinds, ", ")));
     if (!value.is_array() || value.children.size() < 2)
         throw InputError(fmt::format("a {} is a list of two shapes or more", value.key));
-    Shape shape = read_shape(value.children.front());
-    for (std::size_t k = 1; k < value.children.size(); ++k)
-        shape = value.key == "union" ? shape | read_shape(value.children[k]) : shape - read_shape(value.children[k]);
-    return shape;
+    std::vector<Shape> shapes;
+    for (const io::ConfigNode& child : value.children)
+        shapes.push_back(read_shape(child));
+    return value.key == "union" ? union_of(std::move(shapes)) : difference_of(std::move(shapes));
 }
 
 } // namespace ductile

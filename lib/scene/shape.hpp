@@ -4,28 +4,41 @@
 #include <array>
 #include <concepts>
 #include <functional>
+#include <limits>
 #include <string>
 #include <utility>
 #include <vector>
 
 namespace ductile {
 
+/// A rectangle of the plane, by its edges; that of nothing is empty.
+struct Box {
+    double left, bottom, right, top;
+};
+/// All of the plane.
+inline constexpr Box everywhere{-std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity(),
+                                std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
+
 /// A region of the plane, open: says whether a point (x, y) in metres belongs to it, and how a scene file writes it.
 class Shape {
 public:
     /// Nothing.
     Shape() = default;
-    /// Where a function says so; `toml` is empty for a shape that no file can hold.
+    /// Where a function says so, within `box`; `toml` is empty for a shape that no file can hold.
     template <std::predicate<double, double> Inside>
-    Shape(Inside inside, std::string toml = {}) : inside_(std::move(inside)), toml_(std::move(toml)) {} // NOLINT: implicit
+    Shape(Inside inside, std::string toml = {}, const Box& box = everywhere) // NOLINT: implicit
+        : inside_(std::move(inside)), toml_(std::move(toml)), box_(box) {}
 
     [[nodiscard]] bool operator()(double x, double y) const { return inside_ && inside_(x, y); }
     /// "{rectangle = [0, 0, 1, 2]}"
     [[nodiscard]] const std::string& toml() const { return toml_; }
+    /// Nothing of it lies beyond.
+    [[nodiscard]] const Box& box() const { return box_; }
 
 private:
     std::function<bool(double, double)> inside_;
     std::string toml_;
+    Box box_ = {};
 };
 
 [[nodiscard]] Shape rectangle(double left, double bottom, double right, double top);
