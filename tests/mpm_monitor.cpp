@@ -85,7 +85,8 @@ TEST_CASE("what rigid bodies and body forces do is work, and what flow dissipate
     Run run;
     // -F.v dt = -(-2 * 0.5 - 3 * -1) * 0.1 = -0.2 J
     run.forces = {{-2.0, -3.0}};
-    run.see(0.1);
+    for (int n = 0; n < 4; ++n) // a quarter of a cell each
+        run.see(0.025);
     CHECK(contains(run.warning(), "too much"));
     run.energies = {.body_work = 0.9, .dissipated = 0.5};
     run.see(0.0);
@@ -212,6 +213,93 @@ TEST_CASE("a step that leaves a particle little of its volume is said with its f
     run.see(0.1, 0.21);
     run.see(0.1, 0.9);
     CHECK(contains(run.warning(), "a step left a particle 0.21 of its volume"));
+}
+
+TEST_CASE("a rigid body that goes more than half a cell in a step in which it acts is said") {
+    Run run; // it moves by -1 m/s along y, in cells of 0.1 m
+    run.see(0.2);
+    run.forces = {{0.0, 1e-9}};
+    run.see(0.049);
+    CHECK(run.warning().empty());
+    run.see(0.08);
+    CHECK(contains(run.warning(), "a rigid body went 0.8 cells in one step"));
+    CHECK(contains(run.warning(), "take steps 0.12 times as long"));
+}
+
+TEST_CASE("an oscillation that the midpoint rule puts out of phase is said, by about what it is out of phase; beside more work "
+          "it is not") {
+    // the rule for dx/dt = v, dv/dt = -w^2 x: x is the stretch of a spring with all of 3.2 J at the start
+    for (const auto& [angle, steps] : {std::pair{0.3, 20}, {0.3, 80}, {0.7, 10}, {1.2, 12}}) {
+        double x = 0.0, v = 2.0; // w = 1, mass 1.6 kg
+        Run run;
+        for (int n = 0; n < steps; ++n) {
+            const double middle = (v - 0.5 * angle * x) / (1.0 + 0.25 * angle * angle); // of v
+            const double change = 2.0 * (middle - v);
+            x += angle * middle;
+            v += change;
+            run.energies.of_change = 0.5 * 1.6 * change * change;
+            run.see(angle);
+        }
+        const double lost = steps * (angle - 2.0 * std::atan(0.5 * angle));
+        INFO(angle, " ", steps, " ", lost, " ", run.warning());
+        CHECK(contains(run.warning(), "out of phase by about") == (lost > 0.1));
+        io::RunSummary summary;
+        run.monitor.conclude({run.b.state, 0.0, run.forces}, run.tally, run.start, summary);
+        CHECK(summary.extra.at("phase_error_rad").get<double>() == doctest::Approx(lost).epsilon(0.25));
+        run.energies = {.body_work = 320.0, .dissipated = 320.0};
+        run.see(0.0);
+        CHECK(run.warning().empty());
+    }
+}
+
+TEST_CASE("a step tells by how much it has changed the motion, with every method that has inertia") {
+    for (const int method : {0, 1, 2}) { // explicit, implicit, quasi-static
+        Block b = block(ShapeFunction::linear);
+        Particles& p = b.state.particles;
+        for (std::size_t i = 0; i < p.size(); ++i)
+            p.velocity_y[i] = 0.5 * p.y[i];
+        const Particles before = p;
+        ImplicitOptions options;
+        options.scheme.method = method == 1 ? ImplicitMethod::midpoint : ImplicitMethod::quasi_static;
+        if (method == 2)
+            b.scene.grid.sides.bottom = b.scene.grid.sides.left = SideCondition::slip;
+        const auto stepper =
+            method == 0 ? make_explicit_stepper(b.scene, Form::velocity) : make_implicit_stepper(b.scene, options);
+        b.state.particles.stress_yy.assign(p.size(), 3.0);
+        const StepOutcome outcome = stepper->attempt(b.state, 1e-3, 1e-3);
+        if (method == 2) {
+            CHECK(outcome.energies.of_change == 0.0);
+            continue;
+        }
+        REQUIRE(outcome.accepted);
+        double changed = 0.0;
+        for (std::size_t i = 0; i < p.size(); ++i) {
+            const auto was = static_cast<std::size_t>(std::ranges::find(before.id, p.id[i]) - before.id.begin());
+            changed +=
+                0.5 * p.mass[i] *
+                (std::pow(p.velocity_x[i] - before.velocity_x[was], 2) + std::pow(p.velocity_y[i] - before.velocity_y[was], 2));
+        }
+        CHECK(changed > 0.0);
+        CHECK(outcome.energies.of_change == doctest::Approx(changed).epsilon(1e-10));
+    }
+}
+
+TEST_CASE("a loose tolerance is doubted where it is relative to the forces") {
+    Options o;
+    CHECK(solver_warnings(o).empty());
+    o.newton_tolerance = 1e-3;
+    CHECK(solver_warnings(o).empty());
+    o.newton_tolerance = 0.1;
+    for (const Method method : {Method::implicit, Method::midpoint, Method::quasi_static}) {
+        o.method = method;
+        REQUIRE(solver_warnings(o).size() == 1);
+        CHECK(contains(solver_warnings(o).front(), "--newton-tolerance is 0.1: a step may end with forces out of balance"));
+    }
+    o.residual_scale = ResidualScale::stiffness;
+    CHECK(solver_warnings(o).empty());
+    o.residual_scale = ResidualScale::forces;
+    o.method = Method::explicit_steps;
+    CHECK(solver_warnings(o).empty());
 }
 
 TEST_CASE("a body that comes apart or gets a hole is said, also when it closes again; two bodies are not") {

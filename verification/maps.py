@@ -11,7 +11,8 @@ A case is right only where its oracle says so; that a run ended proves nothing. 
     silent           the promise is broken, and no warning speaks of it
     unclear          status 2 or 1, and the message names no way out
     crash            a signal, another status, text of a C++ exception, numbers that are not finite
-    hang             longer than the case's limit
+    slow             longer than the case's limit, but it had done a hundredth or more of its way, obeyed an interrupt and left a checkpoint
+    hang             longer than the case's limit, and not that
 """
 
 import concurrent.futures
@@ -21,6 +22,7 @@ import json
 import os
 import re
 import shlex
+import signal
 import subprocess
 import textwrap
 import time
@@ -34,7 +36,7 @@ import numpy as np
 from matplotlib.patches import Patch
 
 COLOURS = {"right": "#4caf50", "right, warned": "#b7e1a1", "warned": "#ffe066", "refused": "#c8c8c8", "near": "#ffb38a",
-           "silent": "#e53935", "unclear": "#e53935", "crash": "#e53935", "hang": "#e53935"}
+           "slow": "#a6cee3", "silent": "#e53935", "unclear": "#e53935", "crash": "#e53935", "hang": "#e53935"}
 FINDINGS = ("silent", "unclear", "crash", "hang")
 INTERNAL = re.compile(r"std::|terminate called|what\(\)|bad_alloc|Assertion|basic_string|vector::|Segmentation|nan\b|-nan")
 WAY_OUT = re.compile(r"\b(use|take|try|choose|give|check|lower|raise|leave out|add|remove|shorten|smaller|must|allowed|one of|instead|ramp|"
@@ -76,6 +78,7 @@ class Result:
     folder: Path
     command: str
     status: int | None  # None: stopped at the limit
+    reached: float  # part of its way that a stopped run has done
     seconds: float
     message: str
     warnings: list
@@ -113,13 +116,14 @@ def run_case(case, programs, work):
         kept.write_text(json.dumps(record))
     shown = shlex.join([case.program, *(Path(word).name if word.endswith(".toml") else word for word in words[1:])])
     summary = common.summary(folder) if record["status"] == 0 else None
-    result = Result(case, folder, shown, record["status"], record["seconds"], record["message"], summary["warnings"] if summary else [])
+    result = Result(case, folder, shown, record["status"], record.get("reached", 0.0), record["seconds"], record["message"],
+                    summary["warnings"] if summary else [])
     result.kind = classify(result)
     return result
 
 
 def run_words(words, folder, limit):
-    """Status (None at the limit), wall seconds and last words of a run into a folder without results."""
+    """Status (None at the limit), part of the way, wall seconds and last words of a run into a folder without results."""
     for name in ("summary.json", "history.csv", "fields.h5", "checkpoint.h5", "fields.xdmf"):
         (folder / name).unlink(missing_ok=True)
     begun = time.monotonic()
@@ -131,10 +135,24 @@ def run_words(words, folder, limit):
                 break
             except subprocess.TimeoutExpired:
                 if processor_seconds(process.pid) > limit or time.monotonic() - begun > 20 * limit:
-                    process.kill()
-                    message, status = process.communicate()[0], None
+                    process.send_signal(signal.SIGINT)
+                    try:
+                        message = process.communicate(timeout=60)[0]
+                    except subprocess.TimeoutExpired:
+                        process.kill()
+                        message = process.communicate()[0]
+                    status = None
                     break
-    return {"status": status, "seconds": time.monotonic() - begun, "message": message.strip()[-2000:]}
+    reached = way_done(folder) if status is None and process.returncode == 130 else 0.0
+    return {"status": status, "reached": reached, "seconds": time.monotonic() - begun, "message": message.strip()[-2000:]}
+
+
+def way_done(folder):
+    """Of an interrupted run with a checkpoint to go on from."""
+    summary = common.summary(folder)
+    if not summary or not (folder / "checkpoint.h5").exists():
+        return 0.0
+    return summary["extra"]["simulated_time_s"] / float(summary["parameters"]["duration"])
 
 
 def processor_seconds(pid):
@@ -173,7 +191,7 @@ def finite(folder):
 def classify(result):
     """The class of a run; fills in its judgement."""
     if result.status is None:
-        return "hang"
+        return "slow" if result.reached >= 0.01 else "hang"
     if result.status in (1, 2):
         return "crash" if INTERNAL.search(result.message) else "refused" if WAY_OUT.search(GO_ON.sub("", result.message)) else "unclear"
     if result.status != 0 or not finite(result.folder):
@@ -232,7 +250,7 @@ def details(results):
     lines = []
     for result in results:
         judgement = result.judgement
-        said = shortened(result.message)
+        said = f"{result.reached:.0%} done" if result.status is None else shortened(result.message)
         if judgement:
             said = f"error {judgement.error:.2g}, promised {judgement.promised:.2g}; {judgement.note}"
         lines.append(f"- **{result.kind}**, {result.case.name}: {said}\n  `{result.command}`")
@@ -258,6 +276,7 @@ def publish(results, name, folder, head, promises):
         f"# {head}", common.provenance(), promises, "## Counts", counts(results),
         "## Findings", details([result for result in results if result.kind in FINDINGS]),
         "## Near: beyond the promise for a known cause", details([result for result in results if result.kind == "near"]),
+        "## Slow: stopped at the limit, to go on from a checkpoint", details([result for result in results if result.kind == "slow"]),
         "## The worst right one", details([worst] if worst else []),
         "## What refused runs said", messages(results, ("refused",)),
         "## What warned runs said", messages(results, ("warned",)),

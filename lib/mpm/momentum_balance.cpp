@@ -145,6 +145,7 @@ StepEnergies MomentumBalance::advance(const NodalMotion& motion, Particles& part
     const ActiveNodes& n = nodes();
     if (inertia()) {
         energies.of_method -= sums.of_increments;
+        energies.of_change = sums.of_increments;
         for (std::size_t c = 0; c < size(); ++c)
             energies.of_method += (motion.straining[c] - n.velocity[c]) * n.mass[c / 2] * motion.increment[c];
     }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <numbers>
 #include <numeric>
 
 namespace ductile::mpm {
@@ -24,13 +25,27 @@ double volume_of(const Particles& particles) {
     return sum;
 }
 
+/// Whether a ledger does not close because of the steps rather than the law.
+bool of_steps(const Ledger& e) { return std::abs(e.error() + e.of_method) <= std::abs(e.of_method); }
+
+constexpr double doubtful_phase = 0.1, doubtful_travel = 0.5;
+
+/// By how much steps of the midpoint rule shift an oscillation that has all the energy [rad]; `changes` is the sum of
+/// (dv . M_c dv/2)^(3/2) over the steps. With the frequency w and the energy E a step has dv . M_c dv/2 = (w dt)^2 E sin^2 and
+/// the phase error (w dt)^3/12; the mean of |sin|^3 is 4/(3 pi). Explicit steps, half of that; energy that does not move counts
+/// in E, so that what rings beside a slow load is no matter.
+double phase_error(double changes, const Ledger& e) {
+    const double scale = std::max(e.at_start, e.work_magnitude);
+    return scale > e.round_off ? changes * std::pow(scale, -1.5) * std::numbers::pi / 16.0 : 0.0;
+}
+
 /// What a ledger that does not close comes from, and what to do.
 std::string describe_error(const Ledger& e, bool inertia) {
     const double of_law = e.error() + e.of_method;
     const std::string open =
         fmt::format("the ledger of energy does not close: {:.3g} of the energy at the start and the work since is {}",
                     std::abs(e.relative_error()), e.error() < 0.0 ? "missing" : "too much");
-    if (std::abs(of_law) > std::abs(e.of_method))
+    if (!of_steps(e))
         return fmt::format(
             "{}, {:.3g} J of it because the law in rate form (Jaumann's) has no energy that depends on the strain "
             "alone: stresses of bodies that turn or change their volume while they are loaded are as doubtful; keep "
@@ -97,9 +112,11 @@ void Monitor::observe(const Observation& seen, double smallest_determinant, Tall
         tally["energy_at_start_J"] = {(options_.inertia ? energies.kinetic : 0.0) + energies.strain};
         tally["work_J"] = {0.0, 0.0, 0.0}; // of rigid bodies, of body forces, and the sum of magnitudes
         tally["lost_J"] = {0.0, 0.0};      // by plastic flow, and by the method
+        tally["velocity_changes"] = {0.0}; // see phase_error()
         tally["contacts_N"].assign(4 * state.rigid_bodies.size(),
                                    0.0); // of each: last force, its largest magnitude, the pull lost
         tally["smallest_determinant"] = {1.0};
+        tally["rigid_travel_cells"] = {0.0};                                            // the longest of a step
         tally["pieces"] = {static_cast<double>(c.parts), static_cast<double>(c.parts)}; // at the start, and most
         tally["holes"] = {static_cast<double>(c.holes), static_cast<double>(c.holes)};
         tally["enclosed_empty_cells"] = {static_cast<double>(c.enclosed_empty_cells)};
@@ -113,12 +130,18 @@ void Monitor::observe(const Observation& seen, double smallest_determinant, Tall
     add_work(1, seen.energies.body_work);
     lost[0] += seen.energies.dissipated;
     lost[1] += seen.energies.of_method;
+    tally["velocity_changes"][0] += std::pow(seen.energies.of_change, 1.5);
     watch_contact(seen, tally);
     for (std::size_t b = 0; b < seen.contact_forces.size(); ++b) {
         const RigidBody& body = state.rigid_bodies[b];
         const auto& force = seen.contact_forces[b];
         const Velocity mean = body.velocity.mean(state.time - seen.dt, state.time);
         add_work(0, -seen.dt * (force[0] * mean.u + force[1] * mean.v));
+        if (force[0] != 0.0 || force[1] != 0.0) {
+            const Grid& grid = scene_.grid;
+            double& longest = tally["rigid_travel_cells"].front();
+            longest = std::max(longest, seen.dt * std::max(std::abs(mean.u) / grid.dx(), std::abs(mean.v) / grid.dy()));
+        }
     }
     double& smallest = tally["smallest_determinant"].front();
     smallest = std::min(smallest, smallest_determinant);
@@ -141,12 +164,26 @@ void Monitor::conclude(const Observation& seen, const Tally& tally, const Partic
     summary.extra["plastic_dissipation_J"] = energies.dissipated;
     summary.extra["numerical_dissipation_J"] = energies.of_method;
     summary.extra["energy_error_of_work"] = energies.relative_error();
-    if (!(std::abs(energies.relative_error()) <= 0.01))
+    const bool open = !(std::abs(energies.relative_error()) <= 0.01);
+    if (open)
         warn(describe_error(energies, options_.inertia));
+    const double phase = phase_error(tally.at("velocity_changes")[0], energies);
+    summary.extra["phase_error_rad"] = phase;
+    if (phase > doubtful_phase && !(open && of_steps(energies)))
+        warn(
+            fmt::format("the steps change velocities so much that oscillations and impacts are out of phase by about {:.2g} rad: "
+                        "they are too long to follow the motion; take steps {:.2g} times as long, or --method implicit, which "
+                        "damps it, if the motion does not matter",
+                        phase, std::sqrt(0.1 * doubtful_phase / phase)));
     if (const double smallest = tally.at("smallest_determinant")[0]; smallest < 0.3)
         warn(fmt::format(
             "a step left a particle {:.3g} of its volume: more strain in one step than is accurate; take shorter steps",
             smallest));
+    if (const double travel = tally.at("rigid_travel_cells")[0]; travel > doubtful_travel)
+        warn(fmt::format(
+            "a rigid body went {:.2g} cells in one step while it acted: by so much of a cell it takes hold of particles "
+            "too early or too late; take steps {:.2g} times as long",
+            travel, 0.2 * doubtful_travel / travel));
     const std::vector<double>&pieces = tally.at("pieces"), &holes = tally.at("holes");
     if (pieces[1] > pieces[0] || holes[1] > holes[0])
         warn(fmt::format("particles have moved so far apart that cells between them are empty: the bodies, in {:g} piece{} and "

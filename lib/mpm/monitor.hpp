@@ -34,7 +34,10 @@ struct Ledger {
 
 /// Watches a run for what makes its numbers doubtful, in all programs alike, and says so in the summary's warnings:
 /// - the ledger of energy, which should close to 1 % of the work;
+/// - the phase that steps lose of a motion that has the run's energy, above 0.1;
 /// - the smallest determinant of a step's deformation: below 0.3 one step strains a particle by more than it can be accurate for;
+/// - the longest way that a rigid body goes in a step in which it acts, in cells: beyond half of one the steps, and not the
+///   motion, decide which nodes it holds;
 /// - connectivity_of(): a body that comes apart or gets holes, counted against the start;
 /// - a rigid body that lets go of particles it pulled: F_b pointed from it to them, and from one step to the next no node is
 ///   shared. A gap that opens under a pull is one of cells without particles; one that opens under pressure, as in a rebound, or

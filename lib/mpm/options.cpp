@@ -236,6 +236,15 @@ std::vector<std::string> step_warnings(const Options& o, const Scene& scene, con
                                       dt, dt / limit, limit, o.mu)};
 }
 
+std::vector<std::string> solver_warnings(const Options& o) {
+    if (o.method == Method::explicit_steps || o.residual_scale != ResidualScale::forces || !(o.newton_tolerance > 1e-3))
+        return {};
+    return {
+        fmt::format("--newton-tolerance is {:g}: a step may end with forces out of balance by that part of those that act, and "
+                    "what is left adds up to more in stresses; choose 1e-4 or smaller",
+                    o.newton_tolerance)};
+}
+
 std::vector<std::string> resolution_warnings(const Scene& scene, const Particles& particles,
                                              std::span<const RigidBody> rigid_bodies) {
     std::set<std::pair<int, int>> cells;
@@ -380,6 +389,7 @@ int run_program(const io::Program& program, const Options& options, const Proble
     const std::vector<std::string> known = step_warnings(options, problem.scene, state, control.options().target);
     program.say(describe(options, problem.scene, state, control, *stepper));
     std::vector<std::string> warnings = known;
+    std::ranges::move(solver_warnings(options), std::back_inserter(warnings));
     std::ranges::move(resolution_warnings(problem.scene, problem.start.particles, problem.start.rigid_bodies),
                       std::back_inserter(warnings));
     if (!program.has_default("--snapshots"))

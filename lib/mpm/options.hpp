@@ -64,6 +64,9 @@ void declare_on_given_cells(io::Program& program, Options& options);
 /// are whole, and at least so many.
 [[nodiscard]] int cells_along(double length, const Options& options, const std::string& what, int at_least = 1);
 
+/// Where the tolerance of an implicit step, relative to the forces that act in it, is above 1e-3: a bar's plastic strain has been
+/// wrong by 18 % with 1e-2, and by 270 % with 1e-1.
+[[nodiscard]] std::vector<std::string> solver_warnings(const Options& options);
 /// What is doubtful about steps of dt seconds in this state: beyond what keeps the method stable, with the largest frequency
 /// w = 2/stability_limit() of the lumped mass M. A mode moves, with g = f dt/M, z = (w dt)^2 and a = 1/(1 + mu z), by
 ///   v^L = a (v + g),  g <- g - z v^L,  v <- v + m (v^L - v),

@@ -62,7 +62,8 @@ const char* remedy(StepFailure failure) {
     case StepFailure::folded_grid:
         return "end the run before it, or take smaller cells, or more particles a cell";
     case StepFailure::far_particle:
-        return "look for particles that nothing holds";
+        return "something moves that nothing resists: hold every body, take more particles a cell or larger cells if some have "
+               "come off, or --method implicit if it is quasi-static";
     case StepFailure::leaving_particle:
         return "use a larger grid, another condition at its sides, or an earlier end";
     }

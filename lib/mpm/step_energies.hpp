@@ -23,6 +23,7 @@ struct StepEnergies {
     double body_work = 0.0;  ///< B
     double dissipated = 0.0; ///< by plastic flow: stress in the middle of the step times plastic strain
     double of_method = 0.0;  ///< N
+    double of_change = 0.0;  ///< dv . M_c dv/2: how much of a motion the step has changed; without inertia none
 };
 
 } // namespace ductile::mpm
