@@ -1,4 +1,5 @@
 // What a run is found doubtful for, and the numbers it gathers from all its steps.
+#include "capture.hpp"
 #include "io_scratch.hpp"
 #include "messages.hpp"
 #include "mpm_scenes.hpp"
@@ -241,7 +242,9 @@ TEST_CASE("an oscillation that the midpoint rule puts out of phase is said, by a
             run.see(angle);
         }
         const double lost = steps * (angle - 2.0 * std::atan(0.5 * angle));
-        INFO(angle, " ", steps, " ", lost, " ", run.warning());
+        CAPTURE_BINDING(angle);
+        CAPTURE_BINDING(steps);
+        INFO(lost, " ", run.warning());
         CHECK(contains(run.warning(), "out of phase by about") == (lost > 0.1));
         io::RunSummary summary;
         run.monitor.conclude({run.b.state, 0.0, run.forces}, run.tally, run.start, summary);
