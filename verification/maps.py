@@ -41,7 +41,7 @@ FINDINGS = ("silent", "unclear", "crash", "hang")
 INTERNAL = re.compile(r"std::|terminate called|what\(\)|bad_alloc|Assertion|basic_string|vector::|Segmentation|nan\b|-nan")
 WAY_OUT = re.compile(r"\b(use|take|try|choose|give|check|lower|raise|leave out|add|remove|shorten|smaller|must|allowed|one of|instead|ramp|"
                      r"load more|at least|at most|needed)\b")
-GO_ON = re.compile(r"; the last good state is in .*, to go on from")  # ends the message of every failed run
+GO_ON = re.compile(r"; the last good state is in .*, to go on from")  # ends the message of every failed run: no way out, and a place
 
 
 @dataclasses.dataclass
@@ -116,8 +116,8 @@ def run_case(case, programs, work):
         kept.write_text(json.dumps(record))
     shown = shlex.join([case.program, *(Path(word).name if word.endswith(".toml") else word for word in words[1:])])
     summary = common.summary(folder) if record["status"] == 0 else None
-    result = Result(case, folder, shown, record["status"], record.get("reached", 0.0), record["seconds"], record["message"],
-                    summary["warnings"] if summary else [])
+    result = Result(case, folder, shown, record["status"], record.get("reached", 0.0), record["seconds"],
+                    GO_ON.sub("", record["message"]), summary["warnings"] if summary else [])
     result.kind = classify(result)
     return result
 
@@ -193,7 +193,7 @@ def classify(result):
     if result.status is None:
         return "slow" if result.reached >= 0.01 else "hang"
     if result.status in (1, 2):
-        return "crash" if INTERNAL.search(result.message) else "refused" if WAY_OUT.search(GO_ON.sub("", result.message)) else "unclear"
+        return "crash" if INTERNAL.search(result.message) else "refused" if WAY_OUT.search(result.message) else "unclear"
     if result.status != 0 or not finite(result.folder):
         return "crash"
     result.judgement = judgement = result.case.oracle(result.folder)
@@ -286,6 +286,7 @@ def publish(results, name, folder, head, promises):
         judgement = result.judgement
         rows.append([result.case.map, "; ".join(f"{key}={value}" for key, value in result.case.axes.items()), result.kind,
                      f"{judgement.error:.3g}" if judgement else "", f"{judgement.promised:.3g}" if judgement else "",
-                     judgement.note if judgement else "", f"{result.seconds:.2f}", " | ".join(result.warnings) or result.message,
+                     judgement.note if judgement else "", f"{result.seconds:.2f}",
+                     shortened(" | ".join(result.warnings) or result.message, 160),
                      result.command])
     common.publish(folder, name, text, ["map", "axes", "ended", "error", "promised", "note", "seconds", "said", "command"], rows)
