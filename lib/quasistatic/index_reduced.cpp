@@ -105,13 +105,9 @@ StepAttempt IndexReducedStepper::attempt(State& state, double dt, double end, co
         within_ = State{.cells = space_->make_cells(), .velocity = space_->make_velocity()};
         rate_within_ = space_->make_cells();
     }
-    showing_ = false;
-    std::size_t shown = 0;
-    const auto show_next = [&](double fraction, CellState& cells) {
-        std::swap(within_->cells, cells);
-        show(state, fraction, within.times[shown++], within);
-        std::swap(within_->cells, cells);
-    };
+    // kept until the step is accepted: one that is broken off has shown nothing
+    passed_.clear();
+    const auto keep = [&](double, const CellState& cells) { passed_.push_back(cells); };
     const time::Step<CellState> step{.start = state.cells,
                                      .start_rate = kept.rate,
                                      .next = next_,
@@ -120,7 +116,7 @@ StepAttempt IndexReducedStepper::attempt(State& state, double dt, double end, co
                                      .relaxation = kept.relaxation,
                                      .memory = kept.of_method,
                                      .within = fractions_,
-                                     .show = show_next};
+                                     .show = keep};
     const auto fail = [&](const char* what) {
         return RunError(fmt::format(
             "step {} at t = {:.6g} s with dt = {:.3g} s: {}. The step is too large for this scene or the material data "
@@ -131,8 +127,6 @@ StepAttempt IndexReducedStepper::attempt(State& state, double dt, double end, co
     try {
         error = method_->advance(step);
     } catch (const RunError& failure) {
-        if (showing_)
-            throw; // what it was shown to failed, not the step
         throw fail(failure.what());
     }
     if (!std::isfinite(error))
@@ -145,11 +139,13 @@ StepAttempt IndexReducedStepper::attempt(State& state, double dt, double end, co
     result.accepted = judge(result);
     if (!result.accepted)
         return result;
-    if (method_->interpolates())
-        for (const double fraction : fractions_) {
-            method_->interpolate(step, fraction, within_->cells);
-            show(state, fraction, within.times[shown++], within);
-        }
+    for (std::size_t k = 0; k < fractions_.size(); ++k) {
+        if (method_->interpolates())
+            method_->interpolate(step, fractions_[k], within_->cells);
+        else
+            std::swap(within_->cells, passed_[k]);
+        show(state, fractions_[k], within.times[k], within);
+    }
     accept(state, dt, end, error);
     return result;
 }
@@ -160,9 +156,7 @@ void IndexReducedStepper::show(const State& state, double fraction, double time,
     // from a guess on the line through the beginning and the latest velocity
     extrapolate(state.velocity, system_.velocity(), fraction - 1.0, within_->velocity);
     system_.lines().evaluate(within_->cells, system_.told(fraction), within_->velocity, *rate_within_);
-    showing_ = true;
     within.show(*within_);
-    showing_ = false;
 }
 
 void IndexReducedStepper::accept(State& state, double dt, double end, double error) {

@@ -44,7 +44,7 @@ private:
     std::optional<State> within_;          ///< the state that is shown within a step
     std::optional<CellState> rate_within_; ///< room to work in for its velocity
     std::vector<double> fractions_;        ///< of the step: the times within
-    bool showing_ = false;
+    std::vector<CellState> passed_;        ///< there, where the method does not interpolate
     double attempt_seconds_ = 0.0;
 };
 
