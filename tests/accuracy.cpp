@@ -10,8 +10,11 @@
 #include <ductile/quasistatic/step_control.hpp>
 #include <ductile/space/space.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <doctest/doctest.h>
+#include <numbers>
+#include <random>
 #include <vector>
 
 using namespace ductile;
@@ -142,15 +145,16 @@ TEST_SUITE("accuracy") {
         AccuracyWatch other(scene, *space);
         state.step = AccuracyWatch::residual_interval + 1;
         state.time = 7.0 * second;
-        other.observe(state, false);
+        const auto stepper = make_stepper("auto", scene, fields::space_for(scene), {});
+        other.observe(state, false, *stepper);
         CHECK(other.warnings().empty());
-        other.observe(state, true);
+        other.observe(state, true, *stepper);
         REQUIRE(other.warnings().size() == 1);
         CHECK(contains(other.warnings()[0], "t = 7 s"));
         CHECK(contains(other.warnings()[0], "--operator exact"));
         AccuracyWatch third(scene, *space);
         state.step = 5 * AccuracyWatch::residual_interval;
-        third.observe(state, false);
+        third.observe(state, false, *stepper);
         CHECK(third.warnings() == other.warnings());
 
         // what a restart restores
@@ -158,6 +162,74 @@ TEST_SUITE("accuracy") {
         const auto from = watch.hidden_numbers(), to = again.hidden_numbers();
         for (std::size_t k = 0; k < from.size(); ++k)
             *to[k].second = *from[k].second;
+        CHECK(again.warnings() == watch.warnings());
+    }
+
+    TEST_CASE_FIXTURE(fields::OneThread, "spin and advection alone are the rates of cells that do not flow") {
+        const Scene scene = fields::scene_on({12, 10, 2.0, 2.0}, Model::full, {U, 0.0});
+        State state = fields::initial_state(scene, initial_internal(scene.grid, Uniform{0.03}, scene.law->variables()[0]));
+        std::mt19937 engine(4);
+        for (Field* f : fields::fields_of(state.cells))
+            fields::fill_smoothly(*f, engine, 0.1, 0.02);
+        fields::fill_smoothly(state.velocity.u, engine, 0.0, 1.0);
+        fields::fill_smoothly(state.velocity.v, engine, 0.0, 1.0);
+        const auto space = fields::space_for(scene);
+        CellState rate = space->make_cells(), expected = space->make_cells();
+        VectorField room = space->make_velocity();
+        space->transport(state.cells, state.velocity, rate, room);
+        space->rates(state.cells, state.velocity, expected, room);
+        for (int k = 0; k < rate.count(); ++k) {
+            CHECK(fields::largest(rate.field(k)) > 0.0);
+            CHECK(fields::same_bits(rate.field(k), expected.field(k)));
+        }
+    }
+
+    TEST_CASE_FIXTURE(fields::OneThread, "what frozen advection adds up to is known by schemes that freeze it, and said") {
+        // chi = base + a sin(k x) carried by u = U y: [advection]^2 chi/2 = (U y k)^2 a sin(k x)/2
+        constexpr double speed = 0.3, a = 1e-3;
+        const Scene scene = fields::scene_on({96, 8, 2.0, 2.0}, Model::full, {speed, 0.0});
+        const double k = 2.0 * std::numbers::pi / 2.0;
+        State state = fields::initial_state(scene, initial_internal(scene.grid, Uniform{0.03}, scene.law->variables()[0]));
+        double sum = 0.0;
+        for (int j = 0; j < 8; ++j)
+            for (int i = 0; i < 96; ++i) {
+                const double y = -1.0 + (j + 0.5) * 0.25, wave = a * std::sin(k * (i + 0.5) * 2.0 / 96);
+                state.cells.internal[0](i, j) = 0.03 + wave;
+                sum += std::pow(0.5 * speed * speed * y * y * k * k * wave, 2);
+            }
+        fields::wrap(state.cells.internal[0]);
+        const double expected = std::sqrt(sum / (96 * 8)) / scene.law->variables()[0].natural_scale();
+        for (const Scheme& scheme : schemes()) {
+            const auto stepper =
+                make_stepper(scheme.name, scene, make_space(scene), {.fixed_steps = scheme.steps == Scheme::Steps::fixed});
+            const double found = stepper->frozen_transport(state);
+            const bool freezes = scheme.kind == SchemeKind::projection && scheme.name != "extrapolated";
+            CAPTURE(scheme.name);
+            CHECK(found == (freezes ? doctest::Approx(expected).epsilon(0.02) : doctest::Approx(0.0)));
+        }
+        const auto stepper = make_stepper("incremental", scene, make_space(scene), {});
+        AccuracyWatch watch(scene, stepper->space());
+        watch.begin(state);
+        double squares = 0.0;
+        while (squares * expected < 0.98 * AccuracyWatch::doubtful_error / 1.02) {
+            state.time += 0.01;
+            ++state.step;
+            squares += 1e-4;
+            watch.observe(state, false, *stepper);
+        }
+        const auto doubted = [&] {
+            watch.observe(state, true, *stepper);
+            return std::ranges::any_of(watch.warnings(), [](const std::string& w) {
+                return contains(w, "which the scheme takes as at the start of each step, have an estimated error of 0.01");
+            });
+        };
+        CHECK_FALSE(doubted());
+        state.time += std::sqrt(0.08 * AccuracyWatch::doubtful_error / expected);
+        CHECK(doubted());
+        AccuracyWatch again(scene, stepper->space()); // what a restart restores
+        const auto from = watch.hidden_numbers(), to = again.hidden_numbers();
+        for (std::size_t n = 0; n < from.size(); ++n)
+            *to[n].second = *from[n].second;
         CHECK(again.warnings() == watch.warnings());
     }
 }

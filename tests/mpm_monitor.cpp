@@ -82,6 +82,35 @@ TEST_CASE("a ledger that is open by more than a hundredth is said, with what ope
     CHECK(slow.warnings(resting).empty());
 }
 
+TEST_CASE("a ledger that closes because two errors cancel is said, with both") {
+    Run run; // 3.2 J of motion
+    run.energies.of_method = 0.0288;
+    run.see(0.1);
+    CHECK(run.warning().empty()); // 0.009 of each
+    run.energies.of_method = 0.05 * 3.2 - 0.0288;
+    run.see(0.1);
+    CHECK(contains(run.warning(), "closes only because two errors, of 0.05 and -0.05 of the energy"));
+    CHECK(contains(run.warning(), "the steps have damped 0.16 J away"));
+    run.energies.of_method = -0.1 * 3.2;
+    run.see(0.1);
+    CHECK(contains(run.warning(), "two errors, of -0.05 and 0.05"));
+    CHECK(contains(run.warning(), "the steps have added 0.16 J"));
+}
+
+TEST_CASE(
+    "the work of a force that a step finds at its end is that of the mean of both ends, and the method has not lost the rest") {
+    Run run;
+    const Monitor at_end(run.b.scene, {.forces_at_end = true});
+    for (int n = 1; n <= 4; ++n) { // the force grows with the way
+        run.forces = {{-2.0 * n, -3.0 * n}};
+        run.energies.of_method = 0.5 * 0.025 * 2.0;
+        at_end.observe({run.b.state, 0.025, run.forces, run.energies}, 1.0, run.tally);
+    }
+    const Ledger ledger = at_end.ledger({run.b.state, 0.0, run.forces}, run.tally);
+    CHECK(ledger.rigid_work == doctest::Approx(-0.5 * 4.0 * 4.0 * 2.0 * 0.025).epsilon(1e-12)); // of F = 2 n x/(a step's way)
+    CHECK(ledger.of_method == doctest::Approx(4.0 * 0.025 + 0.5 * 4.0 * 2.0 * 0.025).epsilon(1e-12));
+}
+
 TEST_CASE("what rigid bodies and body forces do is work, and what flow dissipates is spent") {
     Run run;
     // -F.v dt = -(-2 * 0.5 - 3 * -1) * 0.1 = -0.2 J
@@ -253,6 +282,45 @@ TEST_CASE("an oscillation that the midpoint rule puts out of phase is said, by a
         run.see(0.0);
         CHECK(run.warning().empty());
     }
+}
+
+TEST_CASE(
+    "a mean stress that oscillates faster than the steps follow is said, by about what it is out of phase; a steady one and "
+    "waves without a mean are not") {
+    const auto phase_of = [](double angle, int steps, int every, double load, double alternating, double mean) {
+        Run run;
+        Monitor monitor(run.b.scene, {.every = every});
+        Particles& p = run.b.state.particles;
+        run.tally.clear();
+        for (int n = 0; n <= steps; ++n) {
+            for (std::size_t i = 0; i < p.size(); ++i) {
+                const double sign = i % 2 == 0 ? 1.0 : -1.0;
+                p.stress_xx[i] = 1e-3 * (load + (mean + alternating * sign) * std::sin(angle * n));
+                p.stress_xy[i] = 0.5e-3 * mean * std::sin(angle * n);
+            }
+            run.b.state.step = n;
+            run.b.state.time += 0.1;
+            monitor.observe({run.b.state, 0.1, run.forces}, 1.0, run.tally);
+        }
+        io::RunSummary summary;
+        monitor.conclude({run.b.state, 0.0, run.forces}, run.tally, run.start, summary);
+        const bool said = std::ranges::any_of(summary.warnings, [](const std::string& w) {
+            return contains(w, "the mean stress oscillates faster than the steps follow");
+        });
+        const double phase = summary.extra.at("stress_phase_error_rad").get<double>();
+        CHECK(said == (phase > 0.1));
+        return phase;
+    };
+    for (const auto& [angle, steps] : {std::pair{0.3, 20}, {0.3, 80}, {0.7, 30}, {1.2, 12}}) {
+        CAPTURE_BINDING(angle);
+        CAPTURE_BINDING(steps);
+        const double lost = steps * (angle - 2.0 * std::atan(0.5 * angle));
+        CHECK(phase_of(angle, steps, 1, 0.0, 0.0, 1.0) == doctest::Approx(lost).epsilon(0.3));
+        CHECK(phase_of(angle, steps, 1, 0.0, 5.0, 1.0) == doctest::Approx(lost).epsilon(0.3));
+        CHECK(phase_of(angle, steps, 1, 20.0, 0.0, 1.0) < 0.01 * lost);
+    }
+    CHECK(phase_of(0.1, 800, 4, 0.0, 0.0, 1.0) == doctest::Approx(800.0 * (0.1 - 2.0 * std::atan(0.05))).epsilon(0.1));
+    CHECK(phase_of(0.7, 30, 1, 0.0, 1.0, 0.0) == 0.0);
 }
 
 TEST_CASE("a step tells by how much it has changed the motion, with every method that has inertia") {

@@ -265,6 +265,25 @@ TEST_CASE("a step that goes wrong ends the run with its time, advice, and finish
     CHECK(CheckpointReader(folder / "run/checkpoint.h5", "shear_band").counter("step") == summary(folder / "run")["steps"]);
 }
 
+TEST_CASE("SUNDIALS' own steps are doubted where they are so many that their errors add up") {
+    const scratch::Folder folder;
+    const auto doubted = [&](const char* factor_of_speed, const char* duration) {
+        const Outcome done = run({"--cells", "4", "--scheme", "arkode-3", "--wall-velocity", factor_of_speed, "--duration",
+                                  duration, "--output", folder / "run"});
+        REQUIRE(done.status == 0);
+        const nlohmann::json all = summary(folder / "run");
+        const auto steps = all["extra"]["inner_steps"].get<long long>();
+        CAPTURE(steps);
+        const bool said = std::ranges::any_of(all["warnings"], [&](const auto& warning) {
+            return contains(warning.template get<std::string>(), fmt::format("SUNDIALS took {} steps", steps));
+        });
+        CHECK(said == (steps > 15'000));
+        return said;
+    };
+    CHECK_FALSE(doubted("4.94e-4", "1.0"));
+    CHECK(doubted("1e-8", "70000"));
+}
+
 TEST_CASE("an interrupted run ends with status 130, and goes on as if it had never stopped") {
     const Arguments scene = {"--cells", "32x24", "--threads", "1", "--snapshots", "0.5,1", "--duration", "1"};
     for (const Arguments& how : {Arguments{"--step", "fixed", "--dt", "0.004", "--scheme", "incremental"},

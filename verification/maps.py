@@ -169,6 +169,8 @@ def run_cases(cases, programs, work, jobs):
     with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
         for result in pool.map(lambda case: run_case(case, programs, work), cases):
             results.append(result)
+            if result.kind in FINDINGS:
+                print(details([result]), flush=True)
             if len(results) % 100 == 0:
                 print(f"{len(results)} of {len(cases)} runs", flush=True)
     return results

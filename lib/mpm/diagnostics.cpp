@@ -18,6 +18,18 @@ Momenta momenta_of(const Particles& particles) {
     return sum;
 }
 
+SymmetricTensor mean_stress(const Particles& particles) {
+    SymmetricTensor sum;
+    double volume = 0.0;
+    for (std::size_t p = 0; p < particles.size(); ++p) {
+        const double mine = particles.mass[p] / particles.density[p];
+        sum = sum + mine * SymmetricTensor{particles.stress_xx[p], particles.stress_yy[p], particles.stress_zz[p],
+                                           particles.stress_xy[p]};
+        volume += mine;
+    }
+    return volume > 0.0 ? 1.0 / volume * sum : SymmetricTensor{};
+}
+
 Energies energies_of(const Scene& scene, const Particles& particles) {
     Energies sum;
     for (std::size_t p = 0; p < particles.size(); ++p) {

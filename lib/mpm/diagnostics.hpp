@@ -20,6 +20,9 @@ struct Momenta {
 [[nodiscard]] Momenta momenta_of(const Particles& particles);
 [[nodiscard]] Energies energies_of(const Scene& scene, const Particles& particles);
 
+/// By volume [Pa]; zero without particles.
+[[nodiscard]] SymmetricTensor mean_stress(const Particles& particles);
+
 /// How the cells that hold particles hang together, each body by itself: a body that has come apart, or has got holes, because
 /// its particles are too few for its strain and not because it broke (numerical fracture). Bodies beside each other do not count.
 struct Connectivity {

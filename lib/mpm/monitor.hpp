@@ -13,7 +13,11 @@ namespace ductile::mpm {
 /// Kinetic and elastic energy should have grown by the work done less what plastic flow dissipates. Two things leave the
 /// difference open: what the method takes away (StepEnergies, derived there, which it is known to do), and that the elastic law
 /// is one of rates, whose energy is that of a state only while strains are small (EnergyFlow of a grid has the same term as
-/// transport).
+/// transport). Either may hide the other.
+///
+/// A method that finds forces at the end of a step does the work R = -dt F^L . w, with which StepEnergies is exact; the force
+/// grew on the way, and the work that a rigid body has done is that of the mean of both ends, R' = -dt (F^k + F^L)/2 . w. Its
+/// error is of second order where that of R is of first, and R - R' is nothing that the method takes away.
 struct Ledger {
     double at_start = 0.0; ///< kinetic and elastic
     double kinetic = 0.0, elastic = 0.0;
@@ -25,16 +29,18 @@ struct Ledger {
     double round_off = 0.0;      ///< an energy that is nothing: of a stress of 1e-12 E everywhere
 
     [[nodiscard]] double error() const { return kinetic + elastic + dissipated - at_start - rigid_work - body_work; }
+    [[nodiscard]] double of_law() const { return error() + of_method; } ///< what the law in rate form adds
     /// Of the energy at the start, or the work if that is more.
-    [[nodiscard]] double relative_error() const {
+    [[nodiscard]] double relative(double energy) const {
         const double scale = std::max(at_start, work_magnitude);
-        return scale > round_off ? error() / scale : 0.0;
+        return scale > round_off ? energy / scale : 0.0;
     }
+    [[nodiscard]] double relative_error() const { return relative(error()); }
 };
 
 /// Watches a run for what makes its numbers doubtful, in all programs alike, and says so in the summary's warnings:
 /// - the ledger of energy, which should close to 1 % of the work;
-/// - the phase that steps lose of a motion that has the run's energy, above 0.1;
+/// - the phase that steps lose of a motion that has the run's energy, above 0.1; and of oscillations of the mean stress;
 /// - the smallest determinant of a step's deformation: below 0.3 one step strains a particle by more than it can be accurate for;
 /// - the longest way that a rigid body goes in a step in which it acts, in cells: beyond half of one the steps, and not the
 ///   motion, decide which nodes it holds;
@@ -48,8 +54,9 @@ struct Ledger {
 class Monitor {
 public:
     struct Options {
-        int every = 1;       ///< step at which connectivity is looked at: one can be so short that nothing changes in many
+        int every = 1;       ///< step at which connectivity and mean stress are looked at: little changes in an explicit one
         bool inertia = true; ///< whether kinetic energy is energy
+        bool forces_at_end = false; ///< whether the forces of a step are those of its end, which damps oscillations
     };
     Monitor(const Scene& scene, const Options& options) : scene_(scene), options_(options) {}
 
@@ -60,7 +67,9 @@ public:
     void conclude(const Observation& seen, const Tally& tally, const Particles& start, io::RunSummary& summary) const;
 
 private:
+    void watch_work(const Observation& seen, Tally& tally) const;
     void watch_contact(const Observation& seen, Tally& tally) const;
+    void watch_stress(const State& state, Tally& tally) const;
 
     Scene scene_;
     Options options_;

@@ -43,20 +43,29 @@ void AccuracyWatch::observe_walls(const State& state) {
     }
 }
 
-void AccuracyWatch::begin(const State& state) { elastic_energy_ = space_.observe(state.cells).elastic_energy; }
+void AccuracyWatch::begin(const State& state) {
+    elastic_energy_ = space_.observe(state.cells).elastic_energy;
+    time_ = state.time;
+}
 
 double AccuracyWatch::relative_energy_error(double elastic_energy, const EnergyFlow& passed) const {
     const double scale = std::max(elastic_energy_, work_magnitude_);
     return scale > 0.0 ? energy_error(elastic_energy, passed) / scale : 0.0;
 }
 
-void AccuracyWatch::observe(const State& state, bool last) {
+void AccuracyWatch::observe(State& state, bool last, TimeStepper& stepper) {
+    squares_ += (state.time - time_) * (state.time - time_);
+    time_ = state.time;
     work_magnitude_ += std::abs(state.cells.energy.work - work_);
     work_ = state.cells.energy.work;
     if (scene_.walls.by_traction())
         observe_walls(state);
     if (state.step % residual_interval != 0 && !last)
         return;
+    const double frozen = stepper.frozen_transport(state);
+    frozen_ += squares_ * std::max(frozen, frozen_before_);
+    frozen_before_ = frozen;
+    squares_ = 0.0;
     const double residual = space_.equilibrium_residual(state.cells.stress, force_);
     if (!(residual <= residual_)) {
         residual_ = residual;
@@ -71,6 +80,12 @@ std::vector<std::string> AccuracyWatch::warnings() const {
                                         "yield stress (or of the internal "
                                         "variable's scale): {}",
                                         error_time_ * scene_.units.time, error_step_ * scene_.units.time, error_, remedy));
+    if (!(frozen_ <= doubtful_error))
+        sentences.push_back(
+            fmt::format("spin and advection, which the scheme takes as at the start of each step, have an estimated error of "
+                        "{:.2g} of the yield stress (or of the internal variable's scale) by now: use --scheme "
+                        "extrapolated or auto, or a smaller --dt",
+                        frozen_));
     if (!(residual_ <= doubtful_residual))
         sentences.push_back(
             fmt::format("the stress is out of equilibrium by {:.2g} of itself from cell to cell at t = {:.6g} s: use "
@@ -99,6 +114,10 @@ std::vector<std::pair<std::string, double*>> AccuracyWatch::hidden_numbers() {
             {"largest_error_step", &error_step_},
             {"largest_residual", &residual_},
             {"largest_residual_time", &residual_time_},
+            {"frozen_transport_error", &frozen_},
+            {"frozen_transport", &frozen_before_},
+            {"time_of_last_step", &time_},
+            {"squares_of_steps", &squares_},
             {"largest_wall_speed", &wall_speed_},
             {"largest_wall_speed_time", &wall_speed_time_},
             {"elastic_energy_at_start", &elastic_energy_},

@@ -13,6 +13,10 @@ namespace ductile::quasistatic {
 /// (StepAttempt::error) and the largest residual of equilibrium (Space::equilibrium_residual, looked at every few steps and
 /// at the end), under force control the largest speed of the walls, which nobody prescribes, and the ledger of energy.
 ///
+/// Schemes that freeze spin and advection over a step (TimeStepper::frozen_transport) are off by what that adds up to, which no
+/// plastic flow relaxes and no single step shows: the sum of dt^2 |[spin - advection]^2 y|/2, looked at as often. It exceeds what
+/// is delivered by three where advection is all there is to it (cells a hundred times as high as wide, 0.1 of one a step).
+///
 /// Errors of steps add up where the solution does not forget them, and grow where it localises; a single one of 0.1 s_Y is no
 /// answer any more, one of 0.01 must be known to whoever reads the numbers. The projection leaves a residual of round-off, or
 /// with the stiffness (S.20) one of up to 3e-4 where fields are smooth (16 cells a side, less on finer grids), which changes
@@ -40,7 +44,7 @@ public:
     void judge(const StepAttempt& attempt, double time, double dt);
     /// Takes note of an accepted state, unless it is none of those that are looked at. Throws RunError where walls under force
     /// control outrun shear waves.
-    void observe(const State& state, bool last);
+    void observe(State& state, bool last, TimeStepper& stepper);
 
     /// Elastic energy that nothing accounts for, of the domain.
     [[nodiscard]] double energy_error(double elastic_energy, const EnergyFlow& passed) const {
@@ -65,6 +69,8 @@ private:
     VectorField force_; // room for the residual
     double error_ = 0.0, error_time_ = 0.0, error_step_ = 0.0;
     double residual_ = 0.0, residual_time_ = 0.0;
+    double frozen_ = 0.0, frozen_before_ = 0.0; // sum of errors by frozen transport, and frozen_transport() at the last look
+    double time_ = 0.0, squares_ = 0.0;         // of the last step, and the squares of the steps' lengths since that look
     double wall_speed_ = 0.0, wall_speed_time_ = 0.0; // under force control
     double elastic_energy_ = 0.0;                     // at the start
     double work_ = 0.0, work_magnitude_ = 0.0;        // at the last step, and the sum of magnitudes of all steps

@@ -97,11 +97,11 @@ std::vector<std::string> doubts(const Options& o, const Scene& scene, const Obse
                             "to stencil (errors of up to 20 times 1e-6 and 70 times 1e-7 were measured): take --advection "
                             "weno3, or a tolerance of {:g} at least",
                             tolerance(o), jumping));
-        else if (tolerance(o) < scheme.kept_tolerance() * round_off)
+        else if (tolerance(o) < scheme.kept_tolerance * round_off)
             found.push_back(
                 fmt::format("a tolerance of {:.3g} may not be kept by {}, which was measured to miss tolerances below {:g} "
-                            "by 12 to 44 times where cell after cell yields: take --scheme auto",
-                            tolerance(o), scheme.name, scheme.kept_tolerance()));
+                            "by 12 to 44 times: take --scheme auto",
+                            tolerance(o), scheme.name, scheme.kept_tolerance));
     }
     const double wall = largest_wall_speed(o, scene);
     const double to_yield = 0.5 * o.height / wall * o.material.yield_stress / o.material.elasticity.shear_modulus;

@@ -44,7 +44,7 @@ ProjectionStepper::ProjectionStepper(const Scene& scene, Predictor predictor, co
     : scene_(scene), predictor_(predictor), pointwise_(pointwise), space_(std::move(space)), transport_(transport),
       projection_(scene, *space_), next_(space_->make_cells()), base_velocity_(space_->make_velocity()),
       correction_(space_->make_velocity()) {
-    if (extrapolated())
+    if (extrapolated() || freezes_transport())
         middle_ = space_->make_cells();
 }
 
@@ -178,8 +178,7 @@ double ProjectionStepper::estimate_error(State& state, double dt, const WallVelo
     const double by_walls =
         dt * std::sqrt(3.0 * rate.p * rate.p + 2.0 * (rate.s * rate.s + rate.tau * rate.tau) + 6.0 * rate.q * rate.q);
     const double by_correction = std::sqrt(2.0) * scene_.law->elasticity().shear_modulus * measure;
-    const double spin =
-        scene_.model == Model::full && !extrapolated() ? 0.5 * dt * std::abs(wall.u) / half_height * by_walls : 0.0;
+    const double spin = freezes_transport() ? 0.5 * dt * std::abs(wall.u) / half_height * by_walls : 0.0;
     const Rk21Options options = pointwise_.options(scene_.grid, dt);
     const double pointwise =
         std::sqrt(10.0 * counts.largest_error_square) * (options.absolute_tolerance + options.relative_tolerance);
@@ -195,6 +194,14 @@ double ProjectionStepper::estimate_error(State& state, double dt, const WallVelo
         return spin + pointwise + increment;
     const double excess = space_->yield_ratio(next_, 0.0, next_) - 1.0; // of cells that the predictor left elastic
     return spin + std::min(increment, std::sqrt(2.0) * std::max(excess, 0.0));
+}
+
+double ProjectionStepper::frozen_transport(State& state) {
+    if (!freezes_transport())
+        return 0.0;
+    space_->transport(state.cells, state.velocity, next_, correction_);
+    space_->transport(next_, state.velocity, middle_, correction_);
+    return 0.5 * space_->norm(std::array{Space::Term{&middle_, 1.0}}).largest();
 }
 
 double ProjectionStepper::change_of_increment(State& state, double dt) {
@@ -248,9 +255,8 @@ PhaseSeconds ProjectionStepper::phase_seconds() const {
 std::size_t ProjectionStepper::memory_bytes() const {
     const Field& cell = next_.stress.p;
     const Field& corner = correction_.u;
-    const std::size_t cells = static_cast<std::size_t>(next_.count()) * (extrapolated()                   ? 4
-                                                                         : predictor_ == Predictor::euler ? 3
-                                                                                                          : 2);
+    const int states = (extrapolated() ? 4 : predictor_ == Predictor::euler ? 3 : 2) + (freezes_transport() ? 1 : 0);
+    const std::size_t cells = static_cast<std::size_t>(next_.count() * states);
     const std::size_t corners = extrapolated() ? 8 : 6;
     return cells * cell.storage().size() * sizeof(double) + corners * corner.storage().size() * sizeof(double) +
            space_->memory_bytes();

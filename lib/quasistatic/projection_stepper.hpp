@@ -54,6 +54,7 @@ public:
     [[nodiscard]] Space& space() const override { return *space_; }
     void adopt(State& state) const override;
     StepAttempt attempt(State& state, double dt, double end, const Judge& judge, const Within& within) override;
+    [[nodiscard]] double frozen_transport(State& state) override;
     [[nodiscard]] StepperCounts counts() const override;
     [[nodiscard]] PhaseSeconds phase_seconds() const override;
     [[nodiscard]] std::size_t memory_bytes() const override;
@@ -66,6 +67,7 @@ private:
                                         const Rk21Counts& counts);
     [[nodiscard]] double change_of_increment(State& state, double dt);
     void accept(State& state, double dt, double end);
+    [[nodiscard]] bool freezes_transport() const { return scene_.model == Model::full && !extrapolated(); }
     [[nodiscard]] bool extrapolated() const { return transport_ == Transport::extrapolated; }
 
     Scene scene_;
@@ -75,7 +77,7 @@ private:
     Transport transport_;
     Projection projection_;
     CellState next_;
-    CellState middle_;                     ///< sigma extrapolated to the middle of the step, with Transport::extrapolated
+    CellState middle_; ///< with Transport::extrapolated sigma in the middle of the step, with frozen transport room for its error
     VectorField base_velocity_;            ///< v_n with the walls' new velocity, where that differs, or extrapolated
     std::optional<State> before_, within_; ///< the state before a step, and what a shorter one makes of it
     VectorField correction_;               ///< force, then phi, then the new velocity

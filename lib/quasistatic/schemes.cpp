@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <map>
 
 namespace ductile::quasistatic {
 
@@ -66,9 +67,9 @@ std::vector<Scheme> make_schemes() {
     std::vector<Scheme> all{
         by_rates({"auto", "bogacki-shampine, and chebyshev where plastic flow is stiff", index_reduced, 47.0, 3},
                  [](RateSystem& system, const SchemeOptions& o) { return automatic(system, o.tolerance); }),
-        by_projection("euler", "first-order projection, forward Euler", 21.0, Predictor::euler),
-        by_projection("substepped", "first-order projection, substepped plasticity", 16.0, Predictor::substepped),
-        by_projection("incremental", "second-order incremental projection", 16.0, Predictor::incremental),
+        by_projection("euler", "first-order projection, forward Euler", 26.0, Predictor::euler),
+        by_projection("substepped", "first-order projection, substepped plasticity", 21.0, Predictor::substepped),
+        by_projection("incremental", "second-order incremental projection", 21.0, Predictor::incremental),
         by_projection("extrapolated", "second-order incremental projection, spin and advection extrapolated", 28.0,
                       Predictor::incremental, Transport::extrapolated)};
     for (const time::ButcherTable& t : time::butcher_tables())
@@ -95,6 +96,10 @@ std::vector<Scheme> make_schemes() {
     all.push_back(
         by_rates({"mri", "ARKODE's MRIStep: plastic flow fast, the rest slow (order 3)", SchemeKind::sundials, 110.0, 0, fixed},
                  [](RateSystem& system, const SchemeOptions& o) { return make_mri(system, o.tolerance); }));
+    const std::map<std::string_view, double> kept{{"dormand-prince", 1e-5}, {"arkode-5", 1e-6}, {"cvode-bdf", 1e-4}};
+    for (Scheme& scheme : all)
+        if (const auto found = kept.find(scheme.name); found != kept.end())
+            scheme.kept_tolerance = found->second;
     return all;
 }
 
@@ -103,12 +108,6 @@ std::vector<Scheme> make_schemes() {
 std::span<const Scheme> schemes() {
     static const std::vector<Scheme> all = make_schemes();
     return all;
-}
-
-double Scheme::kept_tolerance() const {
-    if (name == "dormand-prince")
-        return 1e-5;
-    return name == "arkode-5" || name == "cvode-bdf" ? 1e-6 : 0.0;
 }
 
 double step_tolerance(const Scheme& scheme, double tolerance) {

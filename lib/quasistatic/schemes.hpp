@@ -35,11 +35,10 @@ struct Scheme {
     enum class Steps { any, fixed, adaptive } steps = Steps::any; ///< which it can take
     int order = 0; ///< of the method, where the estimate falls with a higher power of dt than the error of a run; otherwise 0
     std::function<std::unique_ptr<TimeStepper>(const Scene&, std::unique_ptr<Space>, const SchemeOptions&)> make = {};
-
-    /// The tightest tolerance that runs were seen to keep within a factor of ten (verification/results/tolerance.md), 0 where
-    /// there was none that they missed: estimates of high order overlook the corners of a rate where cell after cell yields, and
-    /// errors of many short steps add up.
-    [[nodiscard]] double kept_tolerance() const;
+    /// The tightest tolerance that runs were seen to keep within a factor of ten (verification/results/tolerance.md, for BDF
+    /// stability_grid.md), 0 where there was none that they missed: estimates of high order overlook the corners of a rate where
+    /// cell after cell yields, and errors of many short steps add up.
+    double kept_tolerance = 0.0;
 };
 
 /// All there are, the standard one first. Every table of time::butcher_tables() is one.

@@ -54,7 +54,7 @@ StepControl::StepControl(const Grid& grid, const Policy& policy)
 void StepControl::start(double time_scale) {
     if (const auto* error = std::get_if<ErrorSteps>(&policy_))
         planned_ = time_scale * std::pow(error->tolerance, 1.0 / error->order);
-    if (std::holds_alternative<OwnSteps>(policy_))
+    if (steps_are_own())
         planned_ = time_scale;
 }
 
@@ -151,7 +151,7 @@ bool StepControl::retry_shorter(const Step& step) {
 const char* StepControl::identity() const {
     if (std::holds_alternative<ErrorSteps>(policy_))
         return "error";
-    if (std::holds_alternative<OwnSteps>(policy_))
+    if (steps_are_own())
         return "own";
     return std::holds_alternative<ProjectionSteps>(policy_) ? "projection" : "fixed";
 }

@@ -74,6 +74,7 @@ public:
     /// An attempt ended in values that are not finite: plans a shorter one. Returns false when the policy knows no shorter step.
     [[nodiscard]] bool retry_shorter(const Step& step);
 
+    [[nodiscard]] bool steps_are_own() const { return std::holds_alternative<OwnSteps>(policy_); }
     /// The numbers that a checkpoint must hold; they mean nothing to a control of another identity.
     [[nodiscard]] const char* identity() const;
     [[nodiscard]] std::vector<std::pair<std::string, double*>> hidden_numbers();

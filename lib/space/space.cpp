@@ -42,6 +42,15 @@ double Space::rates(const CellState& cells, const VectorField& velocity, CellSta
     return relaxation;
 }
 
+void Space::transport(CellState& cells, const VectorField& velocity, CellState& rate, VectorField& room) {
+    if (medium_.transported)
+        extrapolate_to_ghost_rows(cells);
+    sweep(
+        cells, velocity, false, rate, [&](int j, double) { rate.wrap_row(j); }, 0.0, room);
+    rate.wall = {};
+    rate.energy = {};
+}
+
 Rk21Counts Space::predict(Predictor predictor, const CellState& now, CellState& transported, const VectorField& velocity,
                           double dt, const Rk21Options& options, CellState& next, VectorField& force) {
     if (medium_.transported)

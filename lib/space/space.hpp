@@ -129,6 +129,10 @@ public:
     /// dD^pl/dsbar.
     double rates(const CellState& cells, const VectorField& velocity, CellState& rate, VectorField& force);
 
+    /// rate = [spin - advection](cells, velocity) alone, nothing of what has passed. Brings the ghost rows of `cells` up to date;
+    /// `room` is room to work in. Nothing where the model leaves both out.
+    void transport(CellState& cells, const VectorField& velocity, CellState& rate, VectorField& room);
+
     /// The predictor of one global step: from the state at t_n computes, for every cell,
     ///   sigma* = integral of  [spin - advection](sigma_n, v_n) + [incremental: C : D(v_n)] - 2 mu D^pl sigma_0/sbar,
     ///   chi*   = integral of  -advection(chi_n, v_n) + F(sigma, chi),
