@@ -267,6 +267,12 @@ TEST_SUITE("index_reduced") {
                           (void)stepper->attempt(state, dt, 2.0 * dt, accept, {std::array{1.5 * dt}, fail});
                       }) == "the disk is full");
                 CHECK(fields::same_bits(before, state)); // the step is not made
+                const auto refuse = [](const StepAttempt&) { return false; };
+                CHECK(!stepper->attempt(state, dt, 2.0 * dt, refuse, {std::array{1.2 * dt, 1.5 * dt}, show}).accepted);
+                const auto break_off = [](const StepAttempt&) -> bool { throw RunError("interrupted"); };
+                CHECK_THROWS_AS((void)stepper->attempt(state, dt, 2.0 * dt, break_off, {std::array{1.5 * dt}, show}), RunError);
+                CHECK(shown.size() == 2); // so that nothing is shown twice when it is made again
+                CHECK(fields::same_bits(before, state));
                 VectorField force = stepper->space().make_velocity();
                 CHECK(stepper->space().equilibrium_residual(at.cells.stress, force) < (scheme.name == "ida" ? 1e-6 : 1e-12));
                 const Distance here = distance(at, within), there = distance(state, end);

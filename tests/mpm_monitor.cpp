@@ -87,7 +87,16 @@ TEST_CASE("a ledger that closes because two errors cancel is said, with both") {
     run.energies.of_method = 0.0288;
     run.see(0.1);
     CHECK(run.warning().empty()); // 0.009 of each
-    run.energies.of_method = 0.05 * 3.2 - 0.0288;
+    run.set_speed(2.0 * std::sqrt(0.995));
+    run.energies.of_method = 0.02 * 3.2 - 0.0288;
+    run.see(0.1);
+    CHECK(contains(run.warning(), "closes only because two errors, of 0.015 and -0.02"));
+    run.set_speed(2.0 * std::sqrt(0.991));
+    run.energies.of_method = (0.011 - 0.02) * 3.2;
+    run.see(0.1);
+    CHECK(run.warning().empty()); // 0.011 by the steps, of which 0.009 are open
+    run.set_speed(2.0);
+    run.energies.of_method = (0.05 - 0.011) * 3.2;
     run.see(0.1);
     CHECK(contains(run.warning(), "closes only because two errors, of 0.05 and -0.05 of the energy"));
     CHECK(contains(run.warning(), "the steps have damped 0.16 J away"));

@@ -7,8 +7,8 @@ memory, open files, sizes of files), and end by SIGTERM. From the first tenth of
 
   memory       stays within 2 % or 1 MB of what it was then, but for the index of the snapshots, at most 4 kB each
   open files   are as many at the end as then
-  history.csv  has the bytes of a row (mean of the first tenth) times rows, fields.h5 8 bytes a value and what HDF5 keeps beside
-               them (of the first tenth) times snapshots, each within 5 %
+  history.csv  has rows times the bytes of a row, fields.h5 snapshots times those of a snapshot, each as the first half of the run
+               has them, within 5 %: rows grow by a digit or two as numbers do
   checkpoint   keeps its size
 
 A promise that is broken is this script's status 1.
@@ -133,7 +133,7 @@ def soak(program, folder, scene, cycle, seconds):
 def judge(seen, status):
     """Rows of the table, each with its promise kept or not."""
     column = {name: np.array([look[name] for look in seen], dtype=float) for name in QUANTITIES}
-    tenth = int(np.searchsorted(column["time"], column["time"][-1] / 10))
+    tenth, half = (int(np.searchsorted(column["time"], column["time"][-1] / part)) for part in (10, 2))
     late = slice(tenth, None)
     memory, snapshots = column["memory"], column["snapshots"]
     growth = memory[late] - memory[tenth] - 4096 * (snapshots[late] - snapshots[tenth])
@@ -148,7 +148,7 @@ def judge(seen, status):
             ["checkpoint", f"{sizes.min():.0f} to {sizes.max():.0f} B", "", sizes.min() == sizes.max()]]
     for name, count in (("history", column["rows"]), ("fields", snapshots)):
         found = column[name]
-        known = max(tenth, min(int(np.searchsorted(count, count[0] + 3)), len(count) - 1))  # three snapshots at least
+        known = max(half, min(int(np.searchsorted(count, count[0] + 3)), len(count) - 1))  # three snapshots at least
         each = (found[known] - found[0]) / max(1.0, count[known] - count[0])
         predicted = found[0] + each * (count - count[0])
         worst = np.abs(found[known:] / predicted[known:] - 1.0).max()

@@ -31,10 +31,10 @@ constexpr double doubtful_energy = 0.01, doubtful_phase = 0.1, doubtful_travel =
 /// Whether a ledger does not close because of the steps rather than the law.
 bool of_steps(const Ledger& e) { return std::abs(e.of_law()) <= std::abs(e.of_method); }
 
-/// Whether the law, the steps or both together leave more open than is accurate.
+/// Whether more is open than is accurate, or only less because what the law and what the steps leave open cancel.
 bool is_open(const Ledger& e) {
-    const double largest = std::max({std::abs(e.error()), std::abs(e.of_law()), std::abs(e.of_method)});
-    return !(e.relative(largest) <= doubtful_energy);
+    const auto doubtful = [&](double energy) { return !(std::abs(e.relative(energy)) <= doubtful_energy); };
+    return doubtful(e.error()) || (doubtful(e.of_law()) && doubtful(e.of_method));
 }
 
 /// By how much steps of the midpoint rule shift an oscillation that has all the energy [rad]; `changes` is the sum of
