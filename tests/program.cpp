@@ -5,6 +5,7 @@
 #include <ductile/io/interrupt.hpp>
 #include <ductile/io/nearest_name.hpp>
 #include <ductile/io/program.hpp>
+#include <ductile/io/text.hpp>
 
 #include <doctest/doctest.h>
 
@@ -34,7 +35,8 @@ struct Demo {
         program.option("--symmetric", symmetric, {"Grid", "half the grid"});
         program.choice("--model", model, {{"full", Model::full}, {"reduced", Model::reduced}}, {"Physics", "plasticity model"});
         program.number_or_auto("--tolerance", tolerance, {"Time", "tolerance", "", positive});
-        program.choice("--step", step, {"fixed", "adaptive"}, {"Time", "step control"});
+        program.choice("--step", step, {{"fixed", "fixed", "all alike"}, {"adaptive", "adaptive", "as accuracy asks"}},
+                       {"Time", "step control"});
     }
     bool parse(std::vector<std::string> arguments) {
         arguments.insert(arguments.begin(), "demo");
@@ -154,6 +156,44 @@ TEST_CASE("--help shows topics, units and defaults; --version the version") {
                              "one of full, reduced (default reduced)", "(default 64x32)", "--checkpoint-every", "--print-config"})
         CHECK(contains(help, part));
     CHECK(contains(captured(STDOUT_FILENO, [] { CHECK_FALSE(Demo().parse({"--version"})); }), "demo (ductile) "));
+}
+
+TEST_CASE("words are broken into lines as wide as asked, and a line's spaces stay") {
+    CHECK(wrapped("one two three", 7) == "one two\nthree");
+    CHECK(wrapped("one two three", 6) == "one\ntwo\nthree");
+    CHECK(wrapped("one  two\n  a: three four", 9, "# ") == "# one two\n#   a:\n#       three\n#       four");
+    CHECK(wrapped("unbreakable word", 4) == "unbreakable\nword");
+    CHECK(wrapped("", 9) == "");
+    CHECK(warning_line("a b") == "warning: a b\n");
+    CHECK(warning_line("this is long", 14) == "warning: this\nis long\n");
+}
+
+TEST_CASE("help and printed configurations have lines that fit, and words of a choice lines of their own") {
+    const auto widest = [](const std::string& text) {
+        std::size_t most = 0;
+        std::istringstream lines(text);
+        for (std::string line; std::getline(lines, line);)
+            most = std::max(most, line.size());
+        return most;
+    };
+    const auto help_in = [](const char* columns) {
+        setenv("COLUMNS", columns, 1);
+        std::string help = captured(STDOUT_FILENO, [] { CHECK_FALSE(Demo().parse({"--help"})); });
+        unsetenv("COLUMNS");
+        return help;
+    };
+    CHECK(widest(help_in("80")) <= 80);
+    CHECK(widest(help_in("80")) > 70);
+    CHECK(widest(help_in("110")) <= 110);
+    CHECK(widest(help_in("110")) > 100);
+    CHECK(widest(help_in("5")) <= 60);
+    CHECK(widest(help_in("word")) <= 100);
+    const std::string space(34, ' ');
+    CHECK(contains(help_in("80"), "\n" + space + "  fixed: all alike\n" + space + "  adaptive: as accuracy asks\n"));
+    Demo demo;
+    CHECK(demo.parse({}));
+    CHECK(widest(demo.program.config_text()) <= 100);
+    CHECK(contains(demo.program.config_text(), "\n#   fixed: all alike\n#   adaptive: as accuracy asks\nstep=\"fixed\"\n"));
 }
 
 TEST_CASE("a configuration file with unknown keys, wrong types or impossible values is refused with its line") {

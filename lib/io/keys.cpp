@@ -22,6 +22,13 @@ void check_storable(const std::string& text) {
     }
 }
 
+std::vector<Choice<std::string>> plain_words(const std::vector<std::string>& words) {
+    std::vector<Choice<std::string>> choices;
+    for (const std::string& word : words)
+        choices.push_back({word, word});
+    return choices;
+}
+
 std::string visible(const std::string& text) {
     std::string result;
     for (const char c : text)
@@ -36,8 +43,8 @@ Keys::Keys(const ConfigNode& table, std::string source, std::string place)
 }
 
 void Keys::declare(const std::string& key, Kind kind, const OptionHelp& help, const std::string& allowed, Text text,
-                   Convert convert) {
-    Declared declared{without_dashes(key), kind, help, allowed, std::move(text), std::move(convert), {}};
+                   Convert convert, Meanings meanings) {
+    Declared declared{without_dashes(key), kind, help, allowed, std::move(text), std::move(convert), std::move(meanings), {}};
     declared.default_text = declared.text();
     const ConfigNode* node = table_ ? table_->find(declared.key) : nullptr;
     if (node != nullptr) {
@@ -142,20 +149,17 @@ void Keys::number_or_auto(const std::string& key, std::string& value, const Opti
         key, Kind::number_or_auto, help, help.allowed.describe(), [&value] { return value; }, convert);
 }
 
-void Keys::choice(const std::string& key, std::string& value, const std::vector<std::string>& words, const OptionHelp& help) {
-    choose(
-        key, words, help, [&value] { return value; }, [&value](const std::string& word) { value = word; });
-}
-
-void Keys::choose(const std::string& key, const std::vector<std::string>& words, const OptionHelp& help, Text text,
-                  const Convert& convert) {
-    const std::string all = fmt::format("{}", fmt::join(words, ", "));
-    const auto check = [words, all, convert](const std::string& word) {
-        if (std::ranges::find(words, word) == words.end())
-            throw InputError(fmt::format("it must be one of {}{}", all, did_you_mean(word, words)));
+void Keys::choose(const std::string& key, const Meanings& words, const OptionHelp& help, Text text, const Convert& convert) {
+    std::vector<std::string> names;
+    for (const auto& [word, meaning] : words)
+        names.push_back(word);
+    const std::string all = fmt::format("{}", fmt::join(names, ", "));
+    const auto check = [names, all, convert](const std::string& word) {
+        if (std::ranges::find(names, word) == names.end())
+            throw InputError(fmt::format("it must be one of {}{}", all, did_you_mean(word, names)));
         convert(word);
     };
-    declare(key, Kind::text, help, "one of " + all, std::move(text), check);
+    declare(key, Kind::text, help, "one of " + all, std::move(text), check, words);
 }
 
 void Keys::toml(const std::string& key, const OptionHelp& help, const std::string& allowed, Text text, Convert convert) {
@@ -191,8 +195,12 @@ std::string Keys::Declared::description() const {
            (allowed.empty() ? "" : fmt::format("; {}", allowed));
 }
 
-std::string Keys::Declared::description_with_default() const {
-    return description() + (default_text.empty() ? "" : fmt::format(" (default {})", default_text));
+std::string Keys::Declared::help_lines() const {
+    std::string lines = description() + (default_text.empty() ? "" : fmt::format(" (default {})", default_text));
+    for (const auto& [word, meaning] : meanings)
+        if (!meaning.empty())
+            lines += fmt::format("\n  {}: {}", word, meaning);
+    return lines;
 }
 
 std::string Keys::Declared::toml_value() const {

@@ -16,6 +16,16 @@ namespace ductile::io {
 /// stored state alone: when and where to stop and write, how steps are taken and solved.
 enum class Restart { keeps, may_change };
 
+/// A word that stands for a value, and what it means, where that is not plain.
+template <class Value> struct Choice {
+    std::string word;
+    Value value;
+    std::string meaning = {};
+};
+
+/// Words that stand for themselves.
+[[nodiscard]] std::vector<Choice<std::string>> plain_words(const std::vector<std::string>& words);
+
 /// What a reader of --help and --print-config learns about a key.
 struct OptionHelp {
     std::string group;
@@ -51,11 +61,8 @@ public:
     /// A number, or the word auto.
     void number_or_auto(const std::string& key, std::string& value, const OptionHelp& help);
     /// One of a few words.
-    void choice(const std::string& key, std::string& value, const std::vector<std::string>& words, const OptionHelp& help);
-    /// One of a few words that stand for values of an enumeration.
-    template <class Enum>
-    void choice(const std::string& key, Enum& value, const std::vector<std::pair<std::string, Enum>>& table,
-                const OptionHelp& help);
+    template <class Value>
+    void choice(const std::string& key, Value& value, const std::vector<Choice<Value>>& choices, const OptionHelp& help);
     using Text = std::function<std::string()>;
     using Convert = std::function<void(const std::string&)>;
     /// A value of another form, which `text` writes as TOML (empty: none) and `convert` reads, or throws InputError.
@@ -68,6 +75,7 @@ public:
 
 protected:
     friend class Tables;
+    using Meanings = std::vector<std::pair<std::string, std::string>>; // of words
     enum class Kind { number, integer, boolean, text, path, cells, number_list, number_or_auto, toml };
     struct Declared {
         std::string key;
@@ -76,12 +84,14 @@ protected:
         std::string allowed;
         Text text; ///< the variable's value
         Convert convert;
+        Meanings meanings;
         std::string default_text;
         bool given = false; ///< its value came from somewhere
 
         /// "meaning [units]; allowed"
         [[nodiscard]] std::string description() const;
-        [[nodiscard]] std::string description_with_default() const;
+        /// The same with the default, and a line with two spaces at its head for each word that has a meaning of its own.
+        [[nodiscard]] std::string help_lines() const;
         /// The value as TOML writes it; empty if it has none.
         [[nodiscard]] std::string toml_value() const;
         /// The text that a value of a file stands for. Throws InputError for a value of the wrong form.
@@ -96,27 +106,26 @@ protected:
 
 private:
     void declare(const std::string& key, Kind kind, const OptionHelp& help, const std::string& allowed, Text text,
-                 Convert convert);
-    void choose(const std::string& key, const std::vector<std::string>& words, const OptionHelp& help, Text text,
-                const Convert& convert);
+                 Convert convert, Meanings meanings = {});
+    void choose(const std::string& key, const Meanings& words, const OptionHelp& help, Text text, const Convert& convert);
 
     const ConfigNode* table_ = nullptr;
     std::string source_, place_;
 };
 
-template <class Enum>
-void Keys::choice(const std::string& key, Enum& value, const std::vector<std::pair<std::string, Enum>>& table,
-                  const OptionHelp& help) {
-    std::vector<std::string> names;
-    for (const auto& entry : table)
-        names.push_back(entry.first);
-    const auto word_of_value = [&value, table] {
-        return std::ranges::find(table, value, &std::pair<std::string, Enum>::second)->first;
+template <class Value>
+void Keys::choice(const std::string& key, Value& value, const std::vector<Choice<Value>>& choices, const OptionHelp& help) {
+    Meanings words;
+    for (const Choice<Value>& choice : choices)
+        words.emplace_back(choice.word, choice.meaning);
+    const auto word_of_value = [&value, choices] {
+        const auto found = std::ranges::find(choices, value, &Choice<Value>::value);
+        return found == choices.end() ? std::string() : found->word; // none yet, where a key is required
     };
-    const auto take = [&value, table](const std::string& word) {
-        value = std::ranges::find(table, word, &std::pair<std::string, Enum>::first)->second;
+    const auto take = [&value, choices](const std::string& word) {
+        value = std::ranges::find(choices, word, &Choice<Value>::word)->value;
     };
-    choose(key, names, help, word_of_value, take);
+    choose(key, words, help, word_of_value, take);
 }
 
 /// Throws InputError for a text that checkpoints and summaries cannot keep.

@@ -2,13 +2,18 @@
 #include <ductile/base/threads.hpp>
 #include <ductile/io/nearest_name.hpp>
 #include <ductile/io/program.hpp>
+#include <ductile/io/text.hpp>
 #include <ductile/io/version.hpp>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <array>
+#include <cstdlib>
+#include <memory>
+#include <unistd.h>
 
 namespace ductile::io {
 namespace {
@@ -21,6 +26,35 @@ std::string read_whole(const std::string& path) {
     }
 }
 
+/// Columns of the help: those of the terminal, or what COLUMNS says, or 100, but no more than are good to read.
+std::size_t help_columns() {
+    constexpr std::size_t fewest = 60, usual = 100, most = 120;
+    if (const auto columns = terminal_columns(STDOUT_FILENO))
+        return std::clamp(*columns, fewest, most);
+    const char* const told = std::getenv("COLUMNS");
+    const long columns = told != nullptr ? std::strtol(told, nullptr, 10) : 0;
+    return columns > 0 ? std::clamp(static_cast<std::size_t>(columns), fewest, most) : usual;
+}
+
+/// Names of options on the left, what they mean on the right, broken between words.
+class HelpFormatter final : public CLI::Formatter {
+public:
+    explicit HelpFormatter(std::size_t columns) : columns_(columns) {}
+
+    std::string make_option(const CLI::Option* option, bool is_positional) const override {
+        constexpr std::size_t left = 34;
+        const std::string name = "  " + make_option_name(option, is_positional) + make_option_opts(option);
+        const std::string margin(left, ' ');
+        const std::string text = wrapped(make_option_desc(option), columns_, margin) + "\n";
+        return name.size() < left ? name + text.substr(name.size()) : name + "\n" + text;
+    }
+
+    std::string make_description(const CLI::App* app) const override { return wrapped(app->get_description(), columns_) + "\n"; }
+
+private:
+    std::size_t columns_;
+};
+
 } // namespace
 
 Program::Program(std::string name, std::string description, Checkpoints checkpoints)
@@ -29,7 +63,7 @@ Program::Program(std::string name, std::string description, Checkpoints checkpoi
     common_.output = std::filesystem::path("out") / name_;
     common_.threads = thread_count();
     app_->set_help_flag(); // declared last, with the other general options
-    app_->get_formatter()->column_width(34);
+    app_->formatter(std::make_shared<HelpFormatter>(help_columns()));
 }
 
 Program::~Program() = default;
@@ -70,7 +104,7 @@ void Program::offer_options() {
     constexpr std::array<const char*, 9> types = {"NUMBER", "N", "", "TEXT", "PATH", "N|MxN", "A,B,...", "NUMBER|auto", "TOML"};
     for (Declared& declared : declared_) {
         const std::string flag = "--" + declared.key;
-        const std::string shown = declared.description_with_default();
+        const std::string shown = declared.help_lines();
         const auto callback = [&declared, flag](const CLI::results_t& results) {
             try {
                 declared.convert(results.back());

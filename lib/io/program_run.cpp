@@ -15,7 +15,10 @@
 namespace ductile::io {
 
 std::string Program::config_text(std::size_t options) const {
-    std::string config = fmt::format("# {}, ductile {}: all options with their values.\n# {}\n", name_, version(), description_);
+    // lines of a file, wherever it is read
+    const auto comment = [](const std::string& text) { return wrapped(text, 100, "# ") + "\n"; };
+    std::string config =
+        fmt::format("# {}, ductile {}: all options with their values.\n{}", name_, version(), comment(description_));
     if (!carrier_.empty())
         config +=
             fmt::format("\n# grid: quasi-static, on a grid that stays; points: material points\ncarrier=\"{}\"\n", carrier_);
@@ -30,8 +33,7 @@ std::string Program::config_text(std::size_t options) const {
         config += fmt::format("\n# {}\n", group);
         for (const Declared& declared : declared_)
             if (shown(declared) && declared.help.group == group)
-                config +=
-                    fmt::format("\n# {}\n{}={}\n", declared.description_with_default(), declared.key, declared.toml_value());
+                config += fmt::format("\n{}{}={}\n", comment(declared.help_lines()), declared.key, declared.toml_value());
     }
     if (visit_) {
         Tables tables;
@@ -90,7 +92,7 @@ int Program::run(const std::function<RunStatus(const OutputFolder&, RunSummary&)
     summary.parameters = parameters();
     summary.warnings = warnings;
     for (const std::string& warning : warnings)
-        say(warning_line(warning));
+        say(warning_line(warning, terminal_columns(STDOUT_FILENO).value_or(0)));
     const auto start = std::chrono::steady_clock::now();
     const auto write = [&] {
         summary.wall_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -111,7 +113,7 @@ int Program::run(const std::function<RunStatus(const OutputFolder&, RunSummary&)
         throw;
     }
     write();
-    say(fmt::format("\n{}", describe(summary, folder.path())));
+    say(fmt::format("\n{}", describe(summary, folder.path(), terminal_columns(STDOUT_FILENO).value_or(0))));
     if (!summary.drawing.empty())
         say(fmt::format("\n{}", summary.drawing));
     return summary.status == RunStatus::interrupted ? interrupted_exit_status : 0;

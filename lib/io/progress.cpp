@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <sys/ioctl.h>
 #include <unistd.h>
 
 namespace ductile::io {
@@ -13,12 +12,6 @@ namespace {
 
 constexpr std::chrono::milliseconds terminal_interval{200};
 constexpr std::chrono::seconds pipe_interval{5};
-
-/// Columns of the terminal: a longer line would wrap and could not be redrawn.
-std::size_t terminal_width() {
-    winsize size{};
-    return ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
-}
 
 } // namespace
 
@@ -39,7 +32,8 @@ void Progress::print() {
     const auto now = Clock::now();
     std::string text = line(last_, std::chrono::duration<double>(now - start_).count());
     if (terminal_) {
-        text.resize(std::min(text.size(), terminal_width() - 1));
+        // a longer line would wrap and could not be redrawn
+        text.resize(std::min(text.size(), terminal_columns(STDERR_FILENO).value_or(80) - 1));
         std::fprintf(stderr, "\r%s\033[K", text.c_str());
     } else {
         std::fprintf(stderr, "%s\n", text.c_str());

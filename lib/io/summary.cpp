@@ -50,7 +50,7 @@ std::pair<std::string, std::string> readable(std::string key, const nlohmann::or
     std::string text = value.is_number_float() ? fmt::format("{:.6g}", value.get<double>())
                        : value.is_string()     ? value.get<std::string>()
                                                : value.dump();
-    for (const char* unit : {"_s", "_m", "_N", "_Pa", "_K", "_J"})
+    for (const char* unit : {"_s", "_m", "_N", "_Pa", "_K", "_J", "_rad"})
         if (key.ends_with(unit)) {
             text += fmt::format(" {}", unit + 1);
             key.resize(key.rfind('_'));
@@ -87,7 +87,7 @@ void write_summary(const std::filesystem::path& path, const RunSummary& summary)
     write_text_atomically(path, to_json(summary).dump(2, ' ', false, replace_invalid_utf8) + "\n");
 }
 
-std::string describe(const RunSummary& summary, const std::filesystem::path& folder) {
+std::string describe(const RunSummary& summary, const std::filesystem::path& folder, std::size_t columns) {
     LabelledLines lines;
     for (const auto& [key, count] : counts(summary))
         if (count != 0)
@@ -103,7 +103,7 @@ std::string describe(const RunSummary& summary, const std::filesystem::path& fol
     lines.emplace_back("files", files_in(folder));
     std::string text = aligned_lines(fmt::format("{}: {}", summary.program, name(summary.status)), lines);
     for (const std::string& warning : summary.warnings)
-        text += warning_line(warning);
+        text += warning_line(warning, columns);
     return text;
 }
 

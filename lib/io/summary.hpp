@@ -41,7 +41,7 @@ struct RunSummary {
 /// Throws RunError; an earlier file then stays as it was.
 void write_summary(const std::filesystem::path& path, const RunSummary& summary);
 /// The lines for the end of a run: what it did, where its time went, which files are in the folder.
-[[nodiscard]] std::string describe(const RunSummary& summary, const std::filesystem::path& folder);
+[[nodiscard]] std::string describe(const RunSummary& summary, const std::filesystem::path& folder, std::size_t columns = 0);
 
 /// The time that processors have spent on this process so far, all threads together.
 [[nodiscard]] double processor_seconds();

@@ -5,6 +5,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <sstream>
+#include <sys/ioctl.h>
+#include <unistd.h>
 
 namespace ductile::io {
 
@@ -18,7 +21,41 @@ std::string aligned_lines(const std::string& title, const LabelledLines& lines) 
     return text;
 }
 
-std::string warning_line(const std::string& warning) { return fmt::format("warning: {}\n", warning); }
+std::string warning_line(const std::string& warning, std::size_t columns) {
+    const std::string line = "warning: " + warning;
+    return (columns == 0 ? line : wrapped(line, columns)) + "\n";
+}
+
+std::optional<std::size_t> terminal_columns(int descriptor) {
+    winsize size{};
+    if (isatty(descriptor) == 1 && ioctl(descriptor, TIOCGWINSZ, &size) == 0 && size.ws_col > 0)
+        return size.ws_col;
+    return std::nullopt;
+}
+
+std::string wrapped(const std::string& text, std::size_t columns, const std::string& margin) {
+    std::string result;
+    std::istringstream lines(text);
+    for (std::string line; std::getline(lines, line);) {
+        const std::string spaces(std::min(line.find_first_not_of(' '), line.size()), ' ');
+        std::string piece = margin + spaces;
+        bool begun = false;
+        std::istringstream words(line);
+        for (std::string word; words >> word; begun = true) {
+            if (begun && piece.size() + 1 + word.size() > columns) {
+                result += piece + '\n';
+                piece = margin + spaces + (spaces.empty() ? "" : "    ");
+            } else if (begun) {
+                piece += ' ';
+            }
+            piece += word;
+        }
+        result += piece + '\n';
+    }
+    if (!result.empty())
+        result.pop_back();
+    return result;
+}
 
 std::string human_bytes(double bytes) {
     constexpr std::array units = {"B", "KiB", "MiB", "GiB", "TiB"};

@@ -19,8 +19,10 @@ void declare_domain(io::Program& program, Options& o) {
         return io::OptionHelp{"Space", std::move(meaning), std::move(units), allowed};
     };
     program.choice("--shape", o.shape,
-                   {{"linear", ShapeFunction::linear}, {"gimp", ShapeFunction::gimp}, {"bspline", ShapeFunction::bspline}},
-                   help("shape functions: linear hats (the paper's), GIMP, or quadratic B-splines"));
+                   {{"linear", ShapeFunction::linear, "hats, the paper's; their gradients jump at the edges of cells"},
+                    {"gimp", ShapeFunction::gimp, "hats averaged over a particle's box (generalised interpolation)"},
+                    {"bspline", ShapeFunction::bspline, "quadratic B-splines"}},
+                   help("shape functions"));
     program.option("--particles-per-side", o.particles_per_side, help("particles along a cell's side", "", io::between(1, 100)));
 }
 
@@ -29,15 +31,16 @@ void declare_time(io::Program& program, Options& o) {
         return io::OptionHelp{"Time integration", std::move(meaning), std::move(units), allowed, io::Restart::may_change};
     };
     program.choice("--method", o.method,
-                   {{"explicit", Method::explicit_steps},
-                    {"implicit", Method::implicit},
-                    {"midpoint", Method::midpoint},
-                    {"quasi-static", Method::quasi_static}},
-                   help("explicit; implicit with the weight --mu; implicit midpoint rule; or without inertia"));
+                   {{"explicit", Method::explicit_steps, "forces at the beginning of a step; short steps"},
+                    {"implicit", Method::implicit, "forces at its end, or with the weight --mu; damps what oscillates"},
+                    {"midpoint", Method::midpoint, "in its middle; keeps energy"},
+                    {"quasi-static", Method::quasi_static, "without inertia"}},
+                   help("how a step is made"));
     program.choice("--form", o.form,
-                   {{"velocity", FormChoice::velocity}, {"momentum", FormChoice::momentum}, {"auto", FormChoice::automatic}},
-                   help("the nodal unknown of the equations; auto: momentum for --method explicit, which bears particles that "
-                        "have just entered a cell, velocity otherwise"));
+                   {{"velocity", FormChoice::velocity},
+                    {"momentum", FormChoice::momentum, "bears particles that have just entered a cell in explicit steps"},
+                    {"auto", FormChoice::automatic, "momentum for --method explicit, otherwise velocity"}},
+                   help("the nodal unknown of the equations"));
     program.option("--mu", o.mu,
                    help("weight of the force at the end of the step, --method implicit", "", io::between(0.0, 1.0)));
     program.number_or_auto("--dt", o.dt,
@@ -50,9 +53,10 @@ void declare_time(io::Program& program, Options& o) {
     program.option("--step-growth", o.step_growth, help("largest growth from step to step", "", io::at_least(1.0)));
     program.option("--many-newton", o.many_newton,
                    help("Newton iterations of a step above which the next one is 0.7 times as long", "", io::at_least(1)));
-    program.choice("--stable-step", o.stable_step, {{"dilatation", StableStep::dilatation}, {"bar", StableStep::bar}},
-                   help("measure of --dt auto for --method explicit: 1/(c sqrt(1/dx^2 + 1/dy^2)) with the speed c of the fastest "
-                        "wave, or the paper's, the cell size over sqrt(E/rho)"));
+    program.choice("--stable-step", o.stable_step,
+                   {{"dilatation", StableStep::dilatation, "1/(c sqrt(1/dx^2 + 1/dy^2)) with the speed c of the fastest wave"},
+                    {"bar", StableStep::bar, "the paper's, the cell size over sqrt(E/rho)"}},
+                   help("measure of --dt auto for --method explicit"));
     program.option("--safety", o.safety, help("an explicit step is this times its measure"));
 }
 
@@ -61,42 +65,43 @@ void declare_solver(io::Program& program, Options& o) {
         return io::OptionHelp{"Solver of implicit steps", std::move(meaning), std::move(units), allowed, io::Restart::may_change};
     };
     program.choice("--solver", o.solver,
-                   {{"newton-cg", SolverKind::newton_cg},
-                    {"newton-gmres", SolverKind::newton_gmres},
-                    {"kinsol-gmres", SolverKind::kinsol_gmres},
+                   {{"newton-cg", SolverKind::newton_cg, "of this library; for symmetric tangents"},
+                    {"newton-gmres", SolverKind::newton_gmres, "of this library"},
+                    {"kinsol-gmres", SolverKind::kinsol_gmres, "of SUNDIALS, and so are the next"},
                     {"kinsol-fgmres", SolverKind::kinsol_fgmres},
                     {"kinsol-bicgstab", SolverKind::kinsol_bicgstab},
                     {"kinsol-cg", SolverKind::kinsol_cg}},
-                   help("Newton's method with a Krylov solver, of this library or of SUNDIALS"));
+                   help("Newton's method with a Krylov solver"));
     program.choice(
         "--preconditioner", o.preconditioner,
         {{"none", PreconditionerChoice::none},
-         {"diagonal", PreconditionerChoice::diagonal},
-         {"tangent", PreconditionerChoice::tangent},
-         {"auto", PreconditionerChoice::automatic}},
-        help("none, the diagonal of the Jacobian, the factorised tangent; auto: tangent for long steps, the sooner the fewer "
-             "unknowns and the nearer Poisson's ratio to 0.5, diagonal below"));
+         {"diagonal", PreconditionerChoice::diagonal, "of the Jacobian"},
+         {"tangent", PreconditionerChoice::tangent, "factorised"},
+         {"auto", PreconditionerChoice::automatic,
+          "tangent for long steps, the sooner the fewer unknowns and the nearer Poisson's ratio to 0.5, diagonal below"}},
+        help("of the linear solver"));
     program.choice("--jacobian", o.product,
-                   {{"analytic", JacobianProduct::analytic}, {"difference", JacobianProduct::difference}},
-                   help("products with the consistent tangent, or difference quotients (2.4.18)"));
+                   {{"analytic", JacobianProduct::analytic, "with the consistent tangent"},
+                    {"difference", JacobianProduct::difference, "difference quotients (2.4.18)"}},
+                   help("products with the Jacobian"));
     program.option("--difference-increment", o.difference_increment, help("h of the difference quotients"));
     program.choice("--line-search", o.line_search,
-                   {{"none", LineSearch::none}, {"residual", LineSearch::residual}, {"energy", LineSearch::energy}},
-                   help("of the newton solvers: none, on the residual, or on the energy"));
+                   {{"none", LineSearch::none},
+                    {"residual", LineSearch::residual, "on its norm"},
+                    {"energy", LineSearch::energy, "on the energy"}},
+                   help("of the newton solvers"));
     program.option("--newton-tolerance", o.newton_tolerance, help("on the residual's 2-norm over its scale"));
     program.number_or_auto("--linear-tolerance", o.linear_tolerance,
                            help("relative to the Newton residual, auto: Eisenstat and Walker's forcing", "", io::positive));
     program.option("--krylov-vectors", o.krylov_vectors,
                    help("linear iterations of a Newton step at most", "", io::between(1, 10'000)));
     program.option("--newton-iterations", o.newton_iterations, help("of a step at most", "", io::between(1, 100'000)));
-    program.choice(
-        "--residual-scale", o.residual_scale,
-        {{"forces", ResidualScale::forces},
-         {"stiffness", ResidualScale::stiffness},
-         {"stiffness-rms", ResidualScale::stiffness_rms},
-         {"none", ResidualScale::none}},
-        help("what the residual's 2-norm is divided by: the impulses of the forces that act in the step; or as in the paper, "
-             "whatever the load, E dx dy dt, that times the root of the number of unknowns, or nothing"));
+    program.choice("--residual-scale", o.residual_scale,
+                   {{"forces", ResidualScale::forces, "the impulses of the forces that act in the step"},
+                    {"stiffness", ResidualScale::stiffness, "E dx dy dt, whatever the load, as in the paper"},
+                    {"stiffness-rms", ResidualScale::stiffness_rms, "that times the root of the number of unknowns"},
+                    {"none", ResidualScale::none, "nothing"}},
+                   help("what the residual's 2-norm is divided by"));
     program.option("--always-newton", o.always_newton, help("Newton's loop for linear scenes, too, which need one linear solve"));
 }
 

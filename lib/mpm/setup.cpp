@@ -62,19 +62,20 @@ void declare(io::Keys& keys, Setup::Box& box) {
 void declare(io::Keys& keys, Grid::Sides& sides) {
     for (const auto& [name, side] :
          {std::pair{"left", &sides.left}, {"right", &sides.right}, {"bottom", &sides.bottom}, {"top", &sides.top}}) {
-        std::vector<std::pair<std::string, SideCondition>> conditions{
-            {"free", SideCondition::free}, {"slip", SideCondition::slip}, {"fixed", SideCondition::fixed}};
+        std::vector<io::Choice<SideCondition>> conditions{
+            {"free", SideCondition::free, "nothing holds"},
+            {"slip", SideCondition::slip, "no velocity across, also a plane of symmetry or the axis"},
+            {"fixed", SideCondition::fixed, "no velocity"}};
         if (side == &sides.left || side == &sides.right)
-            conditions.emplace_back("periodic", SideCondition::periodic);
-        keys.choice(name, *side, conditions,
-                    optional("free: nothing holds; slip: no velocity across, also a plane of symmetry or the axis; fixed: none; "
-                             "periodic: left and right are one, what crosses it comes in at the other"));
+            conditions.push_back(
+                {"periodic", SideCondition::periodic, "left and right are one, what crosses it comes in at the other"});
+        keys.choice(name, *side, conditions, optional("what holds there"));
     }
 }
 
 void declare(io::Keys& keys, Setup::Deformable& body, const std::vector<std::string>& materials) {
     keys.option("name", body.name, optional("for messages and observables"));
-    keys.choice("material", body.material, materials, needed("one of the materials"));
+    keys.choice("material", body.material, io::plain_words(materials), needed("one of the materials"));
     declare_shape(keys, body.shape, optional("the region that it fills"));
     keys.input_file(
         "particles", body.particles,
@@ -143,7 +144,8 @@ void declare(io::Keys& keys, Setup::Rigid& body) {
 
 void declare(io::Keys& keys, Setup::Measure& measure) {
     keys.option("name", measure.name, needed("of the column, with its unit"));
-    keys.choice("quantity", measure.quantity, quantities(), needed("of the scene, of a rigid body, or of particles"));
+    keys.choice("quantity", measure.quantity, io::plain_words(quantities()),
+                needed("of the scene, of a rigid body, or of particles"));
     keys.option("of", measure.of, optional("which rigid body, by default the first; or which body, by default all particles"));
     keys.choice("take", measure.take,
                 {{"mean", Setup::Take::mean},

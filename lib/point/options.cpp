@@ -13,11 +13,11 @@ void declare(io::Program& program, Options& o) {
     program.option("--initial-temperature", o.initial_temperature,
                    help("STZ: effective temperature to begin with", "K", io::at_least(1.0)));
     program.choice("--path", o.path,
-                   {{"simple-shear", Path::simple_shear},
-                    {"shear-without-spin", Path::shear_without_spin},
-                    {"pure-shear", Path::pure_shear},
-                    {"compression", Path::compression}},
-                   help("du/dy = rate; du/dy = dv/dx = rate/2; du/dx = -dv/dy = rate/2; dv/dy = -rate, held in x and z"));
+                   {{"simple-shear", Path::simple_shear, "du/dy = rate"},
+                    {"shear-without-spin", Path::shear_without_spin, "du/dy = dv/dx = rate/2"},
+                    {"pure-shear", Path::pure_shear, "du/dx = -dv/dy = rate/2"},
+                    {"compression", Path::compression, "dv/dy = -rate, held in x and z"}},
+                   help("the velocity gradient"));
     program.option("--rate", o.rate, help("rate of the path", "1/s"));
     program.option("--duration", o.duration, help("time of loading", "s"));
     program.option("--gradient-history", o.gradient_history,

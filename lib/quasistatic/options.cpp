@@ -44,22 +44,22 @@ void declare_domain(io::Program& program, Options& o) {
 }
 
 void declare_model(io::Program& program, Options& o) {
-    program.choice("--model", o.model, {{"full", Model::full}, {"reduced", Model::reduced}},
-                   {"Material", "with or without advection and spin"});
+    program.choice("--model", o.model, {{"full", Model::full, "with advection and spin"}, {"reduced", Model::reduced, "without"}},
+                   {"Material", "what moves with the material"});
 }
 
 void declare_initial(io::Program& program, Options& o) {
     const auto help = [](std::string meaning, std::string units = {}, io::Limits allowed = io::any_number) {
-        return io::OptionHelp{"Initial internal variable: effective temperature (STZ), plastic strain (Perzyna)",
-                              std::move(meaning), std::move(units), allowed};
+        return io::OptionHelp{"Start: effective temperature (STZ) or plastic strain (Perzyna)", std::move(meaning),
+                              std::move(units), allowed};
     };
     program.choice("--initial", o.initial,
-                   {{"paper", InitialChoice::paper},
-                    {"uniform", InitialChoice::uniform},
-                    {"gaussian", InitialChoice::gaussian},
-                    {"random", InitialChoice::random},
-                    {"file", InitialChoice::file}},
-                   help("Lu & Rycroft's App. C, a constant, a Gaussian inclusion, a smooth random field, or --initial-file"));
+                   {{"paper", InitialChoice::paper, "Lu & Rycroft's App. C"},
+                    {"uniform", InitialChoice::uniform, "a constant"},
+                    {"gaussian", InitialChoice::gaussian, "a Gaussian inclusion"},
+                    {"random", InitialChoice::random, "a smooth random field"},
+                    {"file", InitialChoice::file, "--initial-file"}},
+                   help("the field at the start"));
     program.number_or_auto("--initial-base", o.initial_base,
                            help("T_base, constant, background or mean; auto: 640 K for STZ, 0 for Perzyna", "K, or 1"));
     program.number_or_auto(
@@ -81,15 +81,15 @@ void declare_time(io::Program& program, Options& o) {
     const auto help = [](std::string meaning, std::string units = {}, io::Limits allowed = io::positive) {
         return io::OptionHelp{"Time integration", std::move(meaning), std::move(units), allowed, io::Restart::may_change};
     };
-    std::vector<std::string> scheme_names;
-    std::string scheme_meanings;
-    for (const Scheme& scheme : schemes()) {
-        scheme_names.push_back(scheme.name);
-        scheme_meanings += fmt::format("{}{}: {}", scheme_meanings.empty() ? "" : "; ", scheme.name, scheme.meaning);
-    }
-    program.choice("--scheme", o.scheme, scheme_names, help(scheme_meanings));
-    program.choice("--step", o.step, {{"fixed", StepChoice::fixed}, {"adaptive", StepChoice::adaptive}},
-                   help("fixed steps; or adaptive ones, by the size of the projection or by the error of index-reduced schemes"));
+    std::vector<io::Choice<std::string>> known;
+    for (const Scheme& scheme : schemes())
+        known.push_back({scheme.name, scheme.name, scheme.meaning});
+    program.choice("--scheme", o.scheme, known, help("the time integrator"));
+    program.choice(
+        "--step", o.step,
+        {{"fixed", StepChoice::fixed, "all of the length --dt"},
+         {"adaptive", StepChoice::adaptive, "by the error of a step, or, in projection schemes, the size of the projection"}},
+        help("how long steps are"));
     program.number_or_auto("--dt", o.dt, help("fixed step, auto: the paper's 0.5e4 t_s h/L", "s", io::positive));
     program.number_or_auto(
         "--tolerance", o.tolerance,
@@ -113,15 +113,18 @@ void declare_time(io::Program& program, Options& o) {
                    help("index-reduced schemes: elliptic solves a right-hand side at most; fewer are taken where they suffice",
                         "", io::between(1, 20)));
     program.choice("--equilibrium", o.space.solver,
-                   {{"fastest", SolverKind::fastest}, {"fourier", SolverKind::fourier}, {"cholesky", SolverKind::cholesky}},
+                   {{"fastest", SolverKind::fastest, "of the two"},
+                    {"fourier", SolverKind::fourier, "Fourier series in x, tridiagonal systems in y"},
+                    {"cholesky", SolverKind::cholesky, "sparse factorisation, kept"}},
                    help("solver of the elliptic problem"));
-    program.choice(
-        "--operator", o.space.stiffness, {{"exact", Stiffness::exact}, {"full", Stiffness::full}},
-        help("one-point stiffness (exact projection), or, in projection schemes, the fully integrated one of the paper (S.20)"));
-    program.choice(
-        "--advection", o.space.advection, {{"weno3", Advection::weno3}, {"eno2", Advection::eno2}},
-        help("differences of the advection: smooth ones of third order, or the paper's of second order, which jump from "
-             "stencil to stencil"));
+    program.choice("--operator", o.space.stiffness,
+                   {{"exact", Stiffness::exact, "at one point of a cell, which makes the projection exact"},
+                    {"full", Stiffness::full, "fully integrated, the paper's (S.20); projection schemes only"}},
+                   help("the stiffness"));
+    program.choice("--advection", o.space.advection,
+                   {{"weno3", Advection::weno3, "smooth, of third order"},
+                    {"eno2", Advection::eno2, "the paper's, of second order, which jump from stencil to stencil"}},
+                   help("differences of the advection"));
 }
 
 void declare_output(io::Program& program, Options& o) {

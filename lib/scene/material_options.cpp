@@ -15,8 +15,10 @@ void declare(io::Program& program, MaterialOptions& o) {
     };
     program.option("bulk-modulus", o.elasticity.bulk_modulus, help("bulk modulus K", "Pa"));
     program.option("shear-modulus", o.elasticity.shear_modulus, help("shear modulus mu", "Pa"));
-    program.choice("plasticity", o.plasticity, {{"stz", PlasticityChoice::stz}, {"perzyna", PlasticityChoice::perzyna}},
-                   help("shear transformation zones, or rate-dependent von Mises (Perzyna)"));
+    program.choice("plasticity", o.plasticity,
+                   {{"stz", PlasticityChoice::stz, "shear transformation zones"},
+                    {"perzyna", PlasticityChoice::perzyna, "rate-dependent von Mises"}},
+                   help("the law of plastic flow"));
     program.option("yield-stress", o.yield_stress, help("yield stress of |sigma_0| = sqrt(s^2 + tau^2 + 3 q^2)", "Pa"));
     declare(program, o.stz, "Material", "STZ: ");
     declare(program, o.perzyna, "Material", "Perzyna: ");
