@@ -135,7 +135,6 @@ class Finding:
     promised: float
     what: str
     about: str = "$^"  # no warning speaks of it
-    slack: float = 0.0  # up to which the cause is known
 
 
 def work_of(history, parameters):
@@ -181,7 +180,7 @@ def sound(folder):
 
 def worst(found):
     one = max(found, key=lambda finding: np.inf if np.isnan(finding.error) else finding.error / finding.promised)
-    return maps.Judgement(float(one.error), float(one.promised), one.what, float(one.slack), one.about)
+    return maps.Judgement(float(one.error), float(one.promised), one.what, about=one.about)
 
 
 # --- oracles ---------------------------------------------------------------------------------------------------------------
@@ -264,15 +263,14 @@ def uniaxial(folder, material, geometry, strain, promised, about="$^", moving=0.
     error = np.array([last.yy[far] - stress, last.xx[far]])
     promise = promised + over(moving, abs(stress))
     bspline = common.summary(folder)["parameters"]["shape"] == "bspline"
-    known = 0.5 if bspline else 0.0  # they hold a node beyond a rigid body's edge
-    if bspline and start.position[:, 1].max() * (1 + strain) < 2 * CELL:  # all of it is beside the body
+    if bspline:  # they hold a node beyond a rigid body's edge, which is half a cell of the bar's length, or all that is left of it
         about = f"{about}|{BESIDE}"
     mean = over(float(np.linalg.norm(error.mean(axis=1))), abs(stress))
-    found = [Finding(mean, promise, "mean stress against the point", about, known),
-             Finding(over(rms(error), abs(stress)), 3 * promise, "stress against the point", about, known)]
+    found = [Finding(mean, promise, "mean stress against the point", about),
+             Finding(over(rms(error), abs(stress)), 3 * promise, "stress against the point", about)]
     if plastic > 1e-4:
         strained = abs(last.plastic[far].mean() - plastic) / plastic
-        found.append(Finding(strained, 2 * promise, "plastic strain against the point", about, known))
+        found.append(Finding(strained, 2 * promise, "plastic strain against the point", about))
     return found
 
 
