@@ -11,12 +11,12 @@ complain() {
 }
 
 # shellcheck disable=SC2016 # the backquotes are the table's
-mapfile -t floors < <(sed -n 's/^| `lib\/\([a-z]*\)` |.*/\1/p' README.md)
+mapfile -t floors < <(sed -n 's/^| `lib\/\([a-z]*\)` |.*/\1/p' lib/README.md)
 declare -A height=()
 for k in "${!floors[@]}"; do height[${floors[k]}]=$((${#floors[@]} - k)); done
 for folder in lib/*/; do
     folder=$(basename "$folder")
-    [[ -n ${height[$folder]:-} ]] || complain "lib/$folder is not in the README's table of floors"
+    [[ -n ${height[$folder]:-} ]] || complain "lib/$folder is not in the table of floors in lib/README.md"
 done
 while IFS=: read -r file include; do
     from=${file#lib/} from=${from%%/*} to=${include#*<ductile/} to=${to%%/*}

@@ -128,5 +128,6 @@ stage "debootstrap, clones" bootstrap
 stage "a user without rights is told what to install" user_without_packages
 stage "./ductile demo as root, packages included" demo root
 stage "./ductile test as root" within root './ductile test'
+stage "the README's commands" within root 'tests/readme.sh'
 stage "a clone of the user's own: ./ductile demo, one test" user_with_packages
 printf '\nfresh_debian: %s: all passed in %d s\n' "$release" "$SECONDS"

@@ -458,6 +458,9 @@ TEST_CASE("a checkpoint with numbers that cannot be is refused, though its check
     };
     CHECK(refusal([](State&, Tally&) {}) == "nothing was thrown");
     CHECK(contains(refusal([](State& s, Tally&) { s.particles.material[3] = 7; }), "c.h5: particle 3 is of material 7"));
+    for (const std::int64_t id : {std::int64_t{-1}, std::int64_t{1} << 40, std::int64_t{0}})
+        CHECK(contains(refusal([&](State& s, Tally&) { s.particles.id[3] = id; }),
+                       fmt::format("c.h5: a particle has the number {}", id)));
     CHECK(contains(refusal([](State&, Tally& t) { t["work_J"].pop_back(); }), "'tally/work_J' has 2 values, expected 3 or more"));
     CHECK(refusal([](State&, Tally& t) { t["work_J"].push_back(4.0); }) == "nothing was thrown");
 }

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """A long run takes no more memory, files or disk than a short one does: half an hour of each carrier, watched from outside.
 
-Grid: 48 x 48 cells of metallic glass sheared to and fro. Points: a billet that a platen presses, leaves and presses again, with
+Grid: 96 x 96 cells of metallic glass sheared to and fro. Points: a billet that a platen presses, leaves and presses again, with
 implicit steps. Both write a checkpoint every five seconds and a snapshot every ten cycles, are looked at every two seconds (resident
 memory, open files, sizes of files), and end by SIGTERM. From the first tenth of the time on
 
@@ -30,7 +30,7 @@ import numpy as np
 import common
 
 INTERVAL = 2.0  # s between two looks
-CYCLES = 5000   # more than the time lasts for
+CYCLES = 10000  # more than the time lasts for
 GRID_CYCLE, POINTS_CYCLE = 4.8, 8e-3  # s
 SNAPSHOTS_EVERY = 10  # cycles
 QUANTITIES = ("time", "memory", "open_files", "rows", "snapshots", "history", "fields", "checkpoint")
@@ -40,7 +40,7 @@ def grid_scene():
     knots = [f"{GRID_CYCLE * (k + half / 2)}:{u}"
              for k in range(CYCLES) for half in (0, 1) for u in ((5e-4, -5e-4)[::-1 if half == 0 else 1])]
     return f"""carrier = "grid"
-cells = 48
+cells = 96
 tolerance = 1e-6
 duration = {GRID_CYCLE * CYCLES}
 snapshots = []

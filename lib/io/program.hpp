@@ -22,7 +22,7 @@ namespace ductile::io {
 
 /// Values of the options that every program has.
 struct CommonOptions {
-    std::filesystem::path output; ///< default: out/<program>; for a continued run the checkpoint's folder
+    std::filesystem::path output; ///< default: `out/PROGRAM`; for a continued run the checkpoint's folder
     std::filesystem::path restart;
     int threads = 1;
     double checkpoint_every_s = 600.0; ///< wall time

@@ -157,6 +157,13 @@ void check(const Scene& scene, const Particles& particles, std::span<const Rigid
                                          m, scene.materials[m].heat_capacity));
     check_internal(scene, particles);
     check_lengths(particles);
+    std::vector<bool> known(particles.size());
+    for (const std::int64_t id : particles.id) {
+        if (id < 0 || id >= static_cast<std::int64_t>(known.size()) || known[static_cast<std::size_t>(id)])
+            throw InputError(fmt::format("a particle has the number {}: the {} numbers must be 0, 1, 2, ..., each once", id,
+                                         particles.size()));
+        known[static_cast<std::size_t>(id)] = true;
+    }
     for (std::size_t p = 0; p < particles.size(); ++p) {
         if (particles.material[p] < 0 || particles.material[p] >= static_cast<std::int64_t>(scene.materials.size()))
             throw InputError(fmt::format("particle {} is of material {}, but the scene has {} materials", particles.id[p],

@@ -23,7 +23,7 @@ using WallKnot = WallHistory::Knot;
 /// Force control. The walls add the uniform rate C : D_w to that of the stress, and the rest of C : D(v), of a velocity that
 /// vanishes on them, has no mean in tau and sigma_yy: the sums of its differences over the cells of a column, or a row, cancel.
 /// So the mean stress, which is the traction in equilibrium, obeys
-///   d<tau>/dt = <f_tau> + mu U/(H/2),   d<sigma_yy>/dt = <f_yy> + (K + 4 mu/3) V/(H/2),
+///   `d<tau>/dt = <f_tau> + mu U/(H/2),   d<sigma_yy>/dt = <f_yy> + (K + 4 mu/3) V/(H/2)`,
 /// for f all else that changes it, and what the traction is to do says how the walls move; their motion is known to be affine
 /// without another elliptic solution, because the moduli are the same everywhere.
 

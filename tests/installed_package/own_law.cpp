@@ -27,6 +27,7 @@ double stress_by_ode(const Voce& law, double duration, const auto& elastic, doub
     return y[0];
 }
 
+//! [grid]
 /// Simple shear of the square between the walls, without inclusions: every cell is the same.
 void shear() {
     using namespace quasistatic;
@@ -50,7 +51,9 @@ void shear() {
     fmt::print("shear: traction {} of the first yield stress, agrees: {}\n", found > 1.2 ? "beyond 1.2" : "too small",
                std::abs(found / expected - 1.0) < 1e-4);
 }
+//! [grid]
 
+//! [points]
 /// A billet between smooth plates: uniaxial stress.
 void press() {
     using namespace mpm;
@@ -82,6 +85,7 @@ void press() {
     fmt::print("billet: stress {} the first yield stress, agrees: {}\n", found > 0.8e9 ? "far beyond" : "not beyond",
                std::abs(found / expected - 1.0) < 0.01);
 }
+//! [points]
 
 } // namespace
 
