@@ -13,6 +13,7 @@ import argparse
 import os
 import re
 import shutil
+import subprocess
 import sys
 from pathlib import Path
 
@@ -76,14 +77,13 @@ def label(text, unit):
 
 
 class Quantity:
-    """A field at some times, with one scale of colours for all of them."""
+    """Pictures of one field, with one scale of colours for all of them."""
 
-    def __init__(self, name, snapshots):
-        self.name = name
-        self.values = [scalar(snapshot, name) for snapshot in snapshots]
-        finite = np.concatenate([values[np.isfinite(values)] for values in self.values])
+    def __init__(self, text, values, unit):
+        self.values = values
+        finite = np.concatenate([array[np.isfinite(array)] for array in values])
         if finite.size == 0:
-            raise ResultsError(f"{snapshots[0].run.folder / 'fields.h5'}: {name} has no finite value at these times; choose others")
+            raise ResultsError(f"the {text} has no finite value at these times; choose others")
         low, high = finite.min(), finite.max()
         # A few extreme cells must not turn the rest into one colour: the scale leaves them out, and its bar ends in a point.
         inner_low, inner_high = np.percentile(finite, [0.1, 99.9])
@@ -96,19 +96,19 @@ class Quantity:
         if not high - low > 1e-6 * max(abs(high), 1e-300):  # one value, but for round-off
             margin = 0.1 * abs(high) if high else 1.0
             low, high = low - margin, high + margin
-        self.factor, unit = scale_of(snapshots[0].units(name), max(abs(low), abs(high)) if finite.any() else 0.0)
+        self.factor, shown = scale_of(unit, max(abs(low), abs(high)) if finite.any() else 0.0)
         self.low, self.high = low / self.factor, high / self.factor
-        self.colours = "RdBu_r" if signed else "viridis" if snapshots[0].units(name) == "Pa" else "inferno"
+        self.colours = "RdBu_r" if signed else "viridis" if unit == "Pa" else "inferno"
         self.extend = {(0, 0): "neither", (1, 0): "min", (0, 1): "max", (1, 1): "both"}[int(finite.min() < low), int(finite.max() > high)]
-        magnitude = "magnitude of the " if snapshots[0][name].ndim > self.values[0].ndim else ""
-        self.label = label(magnitude + words(name), unit)
+        self.label = label(text, shown)
 
 
-def scalar(snapshot, name):
-    """A field, or the magnitude of a vector."""
-    values = snapshot[name]
-    vector = values.ndim > (1 if snapshot.run.carrier == "points" else 2)
-    return np.sqrt(np.sum(values**2, axis=-1)) if vector else values
+def quantity(name, snapshots):
+    """A field, or the magnitude of a vector, at some times."""
+    values = [snapshot[name] for snapshot in snapshots]
+    if values[0].ndim == snapshots[0].run.dimensions:
+        return Quantity(words(name), values, snapshots[0].units(name))
+    return Quantity(f"magnitude of the {words(name)}", [np.linalg.norm(array, axis=-1) for array in values], snapshots[0].units(name))
 
 
 def default_fields(run):
@@ -176,28 +176,33 @@ class View:
 
     def prepare(self, axes):
         left, right, bottom, top = self.extent(self.box)
-        axes.set(xlim=(left, right), ylim=(bottom, top), aspect="equal")
+        axes.set(xlim=(left, right), ylim=(bottom, top), aspect="equal", facecolor="0.9")  # no colour of the scales, nor of rigid bodies
         axes.locator_params(nbins=4 if self.aspect <= 1.25 else 3, axis="x")
         axes.locator_params(nbins=5, axis="y")
 
     def draw(self, axes, snapshot, quantity, values):
-        """Adds the picture to the axes; returns all that it is made of, what has the colours first."""
-        norm = plt.Normalize(quantity.low, quantity.high)
+        """Adds the picture of a snapshot's values to the axes; returns all that it is made of, what has the colours first."""
         if self.run.carrier == "grid":
-            grid, box = self.run.grid, np.array(self.run.grid.box)
-            if snapshot.centring(quantity.name) == "corner":  # a cell around each
-                half = np.array([grid.x_corner[1] - grid.x_corner[0], grid.y_corner[1] - grid.y_corner[0]]) / 2
-                box += np.concatenate([-half, half])
-            parts = [axes.imshow(values / quantity.factor, origin="lower", extent=self.extent(box), cmap=quantity.colours, norm=norm,
-                                 interpolation="nearest")]
-        else:
-            parts = [PolyCollection(self.neighbours.outlines(snapshot) / self.unit_length, array=values / quantity.factor,
-                                    cmap=quantity.colours, norm=norm, edgecolors="face", linewidths=0.5, rasterized=True)]
-            axes.add_collection(parts[0], autolim=False)
-            parts += self.draw_rigid(axes, snapshot.time)
-            axes.set_facecolor("0.9")  # neither white, the middle of many scales, nor the grey of rigid bodies
+            return [self.draw_cells(axes, quantity, values)]
+        return [self.draw_particles(axes, snapshot, quantity, values)] + self.draw_rigid(axes, snapshot.time)
+
+    def draw_cells(self, axes, quantity, values):
+        grid, box = self.run.grid, np.array(self.run.grid.box)
+        if values.shape[0] == grid.y_corner.size:  # a cell around each corner
+            half = np.array([grid.x_corner[1] - grid.x_corner[0], grid.y_corner[1] - grid.y_corner[0]]) / 2
+            box += np.concatenate([-half, half])
+        image = axes.imshow(values / quantity.factor, origin="lower", extent=self.extent(box), cmap=quantity.colours,
+                            norm=plt.Normalize(quantity.low, quantity.high), interpolation="nearest")
         self.prepare(axes)
-        return parts
+        return image
+
+    def draw_particles(self, axes, snapshot, quantity, values):
+        particles = PolyCollection(self.neighbours.outlines(snapshot) / self.unit_length, array=values / quantity.factor,
+                                   cmap=quantity.colours, norm=plt.Normalize(quantity.low, quantity.high), edgecolors="face",
+                                   linewidths=0.5, rasterized=True)
+        axes.add_collection(particles, autolim=False)
+        self.prepare(axes)
+        return particles
 
     def draw_rigid(self, axes, time):
         left, bottom, right, top = self.box
@@ -211,7 +216,9 @@ class View:
             return []
         picture = np.zeros((*covered.shape, 4))
         picture[covered] = matplotlib.colors.to_rgba("0.5")
-        return [axes.imshow(picture, origin="lower", extent=self.extent(self.box), interpolation="nearest", zorder=3)]
+        image = axes.imshow(picture, origin="lower", extent=self.extent(self.box), interpolation="nearest", zorder=3)
+        self.prepare(axes)
+        return [image]
 
 
 def particle_sides(run):
@@ -304,22 +311,24 @@ class Sheet:
 
     def bar(self, quantity, number, image):
         beside = self.axes if not self.several else self.axes[:, number] if self.down else self.axes[number]
-        across = self.down or self.view.aspect < 0.3
-        bar = self.figure.colorbar(image, ax=beside, location="top" if across else "right", label=quantity.label, extend=quantity.extend,
-                                   aspect=25, shrink=0.95, pad=0.02)
-        bar.ax.locator_params(nbins=4 if across else 6)
-        bar.formatter.set_powerlimits((-3, 4))
-        bar.formatter.set_useOffset(False)
+        colour_bar(self.figure, image, quantity, beside, "top" if self.down or self.view.aspect < 0.3 else "right")
+
+
+def colour_bar(figure, image, quantity, beside, location):
+    bar = figure.colorbar(image, ax=beside, location=location, label=quantity.label, extend=quantity.extend, aspect=25, shrink=0.95, pad=0.02)
+    bar.ax.locator_params(nbins=4 if location == "top" else 6)
+    bar.formatter.set_powerlimits((-3, 4))
+    bar.formatter.set_useOffset(False)
 
 
 def draw_fields(run, names, snapshots, path):
     view = View(run, snapshots)
-    quantities = [Quantity(name, snapshots) for name in names]
+    quantities = [quantity(name, snapshots) for name in names]
     sheet = Sheet(view, len(snapshots), quantities)
-    for number, quantity in enumerate(quantities):
+    for number, one in enumerate(quantities):
         for k, snapshot in enumerate(snapshots):
-            parts = view.draw(sheet.axes_of(k, number), snapshot, quantity, quantity.values[k])
-        sheet.bar(quantity, number, parts[0])
+            parts = view.draw(sheet.axes_of(k, number), snapshot, one, one.values[k])
+        sheet.bar(one, number, parts[0])
     for k, snapshot in enumerate(snapshots):
         sheet.entitle(k, time_label(snapshot.time, snapshots[-1].time))
     write(path, lambda temporary: sheet.figure.savefig(temporary, dpi=DOTS, bbox_inches="tight"))
@@ -329,7 +338,7 @@ def draw_fields(run, names, snapshots, path):
 def draw_movie(run, names, snapshots, path):
     """One frame a snapshot, ten seconds in all if they are enough."""
     view = View(run, snapshots)
-    quantities = [Quantity(name, snapshots) for name in names]
+    quantities = [quantity(name, snapshots) for name in names]
     sheet = Sheet(view, 1, quantities)
     rate = int(np.clip(len(snapshots) / 10, 4, 25))
     # H.264 as all players read it wants even sides.
@@ -339,11 +348,10 @@ def draw_movie(run, names, snapshots, path):
     def frames(temporary):
         with writer.saving(sheet.figure, temporary, DOTS):
             for k, snapshot in enumerate(snapshots):
-                parts = [view.draw(sheet.axes_of(0, number), snapshot, quantity, quantity.values[k])
-                         for number, quantity in enumerate(quantities)]
+                parts = [view.draw(sheet.axes_of(0, number), snapshot, one, one.values[k]) for number, one in enumerate(quantities)]
                 if k == 0:
-                    for number, quantity in enumerate(quantities):
-                        sheet.bar(quantity, number, parts[number][0])
+                    for number, one in enumerate(quantities):
+                        sheet.bar(one, number, parts[number][0])
                 sheet.entitle(0, time_label(snapshot.time, snapshots[-1].time))
                 if k == 0:
                     sheet.figure.canvas.draw()
@@ -374,14 +382,8 @@ def lines(run, name, x, y):
     return kept
 
 
-def draw_curves(runs, x, y, path):
-    names = run_labels(runs) if len(runs) > 1 else [""]
-    drawn = [line for run, name in zip(runs, names) for line in lines(run, name, x, y)]
-    for _, *columns in drawn:
-        for column, values in zip((x, y), columns):
-            if values.dtype.kind != "f":
-                raise ResultsError(f"the column '{column}' holds words; choose one with numbers")
-    figure, axes = plt.subplots(figsize=(6.4, 4.2), layout="constrained")
+def plot_lines(axes, drawn, x, y):
+    """Lines of a label, abscissae and ordinates each, of two columns of history.csv."""
     factors, labels = [], []
     for column, k in ((x, 1), (y, 2)):
         name, unit = name_and_unit(column)
@@ -394,6 +396,17 @@ def draw_curves(runs, x, y, path):
     axes.grid(color="0.9", linewidth=0.8)
     axes.ticklabel_format(scilimits=(-3, 4), useMathText=True)
     axes.spines[["top", "right"]].set_visible(False)
+
+
+def draw_curves(runs, x, y, path):
+    names = run_labels(runs) if len(runs) > 1 else [""]
+    drawn = [line for run, name in zip(runs, names) for line in lines(run, name, x, y)]
+    for _, *columns in drawn:
+        for column, values in zip((x, y), columns):
+            if values.dtype.kind != "f":
+                raise ResultsError(f"the column '{column}' holds words; choose one with numbers")
+    figure, axes = plt.subplots(figsize=(6.4, 4.2), layout="constrained")
+    plot_lines(axes, drawn, x, y)
     if 1 < len(drawn) <= 6:
         axes.legend(frameon=False)
     elif len(drawn) > 6:
@@ -409,8 +422,8 @@ def write(path, save):
     try:
         save(temporary)
         os.replace(temporary, path)
-    except OSError as error:
-        raise ResultsError(f"{path}: cannot be written ({error.strerror or error}); choose another place with --output") from None
+    except (OSError, subprocess.CalledProcessError) as error:
+        raise ResultsError(f"{path}: cannot be written ({getattr(error, 'strerror', None) or error}); choose another place with --output") from None
     finally:
         temporary.unlink(missing_ok=True)
     print(f"figure: {path}")
@@ -425,6 +438,21 @@ class Parser(argparse.ArgumentParser):
     def error(self, message):
         print(f"{self.prog}: {message}; see --help", file=sys.stderr)
         sys.exit(2)
+
+
+def obey(parser, act):
+    """Does what the command line says; returns the exit status."""
+    options = parser.parse_args()
+    try:
+        act(options)
+        sys.stdout.flush()
+    except ResultsError as error:
+        print(f"{parser.prog}: {error}", file=sys.stderr)
+        return 2
+    except BrokenPipeError:  # of `head` and the like
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
+    return 0
 
 
 def numbers(text):
@@ -493,13 +521,7 @@ def main():
     parser.add_argument("--curve", metavar="X,Y", type=pair, help="columns of history.csv")
     parser.add_argument("--movie", action="store_true", help="all snapshots one after the other (or those of --times)")
     parser.add_argument("--output", metavar="PLACE", type=Path, help="a folder, or the file of a single figure (default: beside the results)")
-    options = parser.parse_args()
-    try:
-        draw(options)
-    except ResultsError as error:
-        print(f"plot: {error}", file=sys.stderr)
-        return 2
-    return 0
+    return obey(parser, draw)
 
 
 if __name__ == "__main__":

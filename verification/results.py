@@ -128,6 +128,11 @@ class Run:
         """"grid", "points" or "point"."""
         return "point" if self.program == "material_point" else CARRIERS[self.attributes["format"]]
 
+    @property
+    def dimensions(self):
+        """Of the array of a scalar field; that of a vector has one more."""
+        return 1 if self.carrier == "points" else 2
+
     @functools.cached_property
     def geometry(self):
         """"plane-strain", "plane-stress" or "axisymmetric"."""
