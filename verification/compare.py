@@ -107,6 +107,7 @@ class Fields:
         kinds = {a.carrier, b.carrier}
         names = [name for name in first.names if name in second.names] if len(kinds) == 1 else \
             [name for name in (first if a.carrier == "grid" else second).names if name in first.quantities and name in second.quantities]
+        names += [name for name in plot.default_fields(a) if name not in names and name in second.quantities]
         left_out = {"id", "material"}
         if kinds == {"grid"} and same_grid(a.grid, b.grid):
             self.grid_run, self.how = a, "value by value"
@@ -219,8 +220,9 @@ def parameters(a, b):
 
 def report(a, b, fields, histories):
     differing = parameters(a, b)
-    text = f"# Difference of two runs\n\nA: {a.folder} ({a.program}, {a.summary['status']}), B: {b.folder} ({b.program}, {b.summary['status']}).\n"
-    text += f"Parameters that differ: {', '.join(differing) if differing else 'none'}.\n"
+    text = "# Difference of two runs\n\n"
+    text += ", ".join(f"{letter}: {run.folder} ({run.program}, {run.summary['status']})" for letter, run in (("A", a), ("B", b)))
+    text += f".\nParameters that differ: {', '.join(differing) if differing else 'none'}.\n"
     if fields:
         text += f"\n## Fields at {fields.time:.6g} s\n\nCompared {fields.how}.\n\n"
         text += markdown_table(["quantity", "root mean square of B - A", "largest", "range of A", "range of B"], fields.rows())
@@ -234,7 +236,8 @@ def draw(a, b, fields, histories, path):
     if fields:
         names = [name for name in plot.default_fields(a) if name in fields.a] or list(fields.a)
         names = names[:DRAWN]
-        view = plot.View(a if fields.particles else fields.grid_run, [fields.snapshots[0 if fields.particles or fields.grid_run is a else 1]])
+        shown = 0 if fields.particles or fields.grid_run is a else 1
+        view = plot.View((a, b)[shown], [fields.snapshots[shown]])
         height = plot.SIDE * np.clip(view.aspect, 0.3, 1.6)
     figure = plt.figure(figsize=(11, (len(names) * (height + 0.8) if names else 0) + 3.4), layout="constrained")
     parts = figure.subfigures(2 if names else 1, 1, squeeze=False, height_ratios=[len(names) * (height + 0.8), 3.4] if names else None)
@@ -258,13 +261,14 @@ def draw(a, b, fields, histories, path):
             here.set_xlabel(f"{view.names[0]} [{view.unit}]")
     left, right = parts[-1, 0].subplots(1, 2)
     x, y = plot.default_curve(a)
-    if not all(column in run.history for run in (a, b) for column in (x, y)):
-        x, y = "time_s", next(iter(histories.pairs)).rpartition(": ")[2]
-    plot.plot_lines(left, [line for run, letter in ((a, "A"), (b, "B")) for line in plot.lines(run, letter, x, y)][:10], x, y)
-    left.legend(frameon=False, fontsize="small")
-    differences = [(name, times, second - first) for name, (times, first, second) in histories.pairs.items()
-                   if name.rpartition(": ")[2] == y]
-    plot.plot_lines(right, differences[:10], "time_s", y)
+    compared = {name.rpartition(": ")[2]: pair for name, pair in reversed(histories.pairs.items())}
+    if y not in compared or x not in a.history or x not in b.history:
+        x, y = "time_s", list(compared)[-1]
+    plot.plot_lines(left, [plot.lines(run, letter, x, y)[0] for run, letter in ((a, "A"), (b, "B"))], x, y)
+    left.lines[1].set_linestyle("--")
+    left.legend(frameon=False)
+    times, first, second = compared[y]
+    plot.plot_lines(right, [("", times, second - first)], "time_s", y)
     right.set_title("B − A", fontsize="medium")
     plot.write(path, lambda temporary: figure.savefig(temporary, dpi=plot.DOTS))
     plt.close(figure)

@@ -87,8 +87,9 @@ class Quantity:
         low, high = finite.min(), finite.max()
         # A few extreme cells must not turn the rest into one colour: the scale leaves them out, and its bar ends in a point.
         inner_low, inner_high = np.percentile(finite, [0.1, 99.9])
-        if inner_high > inner_low and high - low > 1.5 * (inner_high - inner_low):
-            low, high = inner_low, inner_high
+        margin = 0.25 * (inner_high - inner_low)
+        if margin > 0:
+            low, high = (low if low > inner_low - margin else inner_low), (high if high < inner_high + margin else inner_high)
         signed = low < -0.01 * high
         if signed:
             high = max(abs(low), abs(high))
@@ -176,7 +177,8 @@ class View:
 
     def prepare(self, axes):
         left, right, bottom, top = self.extent(self.box)
-        axes.set(xlim=(left, right), ylim=(bottom, top), aspect="equal", facecolor="0.9")  # no colour of the scales, nor of rigid bodies
+        # The ground is no colour of a scale, nor that of rigid bodies.
+        axes.set(xlim=(left, right), ylim=(bottom, top), aspect="equal", facecolor="0.9")
         axes.locator_params(nbins=4 if self.aspect <= 1.25 else 3, axis="x")
         axes.locator_params(nbins=5, axis="y")
 
@@ -283,7 +285,8 @@ class Sheet:
             rows = -(-times // columns)
         width = np.clip(SIDE / np.sqrt(view.aspect), 1.5, 6.0)
         width *= min(1.0, 5.0 / (width * view.aspect))
-        size = np.array([columns * (width + 0.25) + (0.9 if self.down else 1.6), rows * (width * view.aspect + 0.35) + (1.2 if self.down else 0.7)])
+        beside, above = (0.9, 1.2) if self.down else (1.6, 0.7)
+        size = np.array([columns * (width + 0.25) + beside, rows * (width * view.aspect + 0.35) + above])
         size *= min(1.0, LARGEST / size.max())
         self.figure, self.axes = plt.subplots(rows, columns, squeeze=False, sharex=True, sharey=True, layout="compressed", figsize=size)
         self.view, self.several, self.times = view, several, times
@@ -315,7 +318,8 @@ class Sheet:
 
 
 def colour_bar(figure, image, quantity, beside, location):
-    bar = figure.colorbar(image, ax=beside, location=location, label=quantity.label, extend=quantity.extend, aspect=25, shrink=0.95, pad=0.02)
+    bar = figure.colorbar(image, ax=beside, location=location, label=quantity.label, extend=quantity.extend, aspect=25, shrink=0.95,
+                          pad=0.02)
     bar.ax.locator_params(nbins=4 if location == "top" else 6)
     bar.formatter.set_powerlimits((-3, 4))
     bar.formatter.set_useOffset(False)
@@ -520,7 +524,8 @@ def main():
     chosen.add_argument("--last", action="store_true", help="the last snapshot only")
     parser.add_argument("--curve", metavar="X,Y", type=pair, help="columns of history.csv")
     parser.add_argument("--movie", action="store_true", help="all snapshots one after the other (or those of --times)")
-    parser.add_argument("--output", metavar="PLACE", type=Path, help="a folder, or the file of a single figure (default: beside the results)")
+    parser.add_argument("--output", metavar="PLACE", type=Path,
+                        help="a folder, or the file of a single figure (default: beside the results)")
     return obey(parser, draw)
 
 

@@ -86,9 +86,11 @@ class Run:
         path = self.folder / "history.csv"
         try:
             with open(path, newline="") as file:
-                names, *rows = csv.reader(file)
+                names, *rows = list(csv.reader(file)) or [[]]
         except (OSError, ValueError) as error:
             raise ResultsError(f"{path}: cannot be read ({error}); run the program again") from None
+        if not rows:
+            raise ResultsError(f"{path}: it is empty; run the program again")
         for number, row in enumerate(rows, 2):
             if len(row) != len(names):
                 raise ResultsError(f"{path}, line {number}: {len(row)} values for {len(names)} columns; run the program again")
