@@ -30,7 +30,7 @@ sys.dont_write_bytecode = True
 
 import compare  # noqa: E402
 import plot  # noqa: E402
-from results import RigidBody, Run  # noqa: E402
+from results import ResultsError, RigidBody, Run  # noqa: E402
 
 BLOCK = ROOT / "drivers/scenes/glass-block.toml"
 RUNS = {  # programs and options
@@ -136,7 +136,7 @@ class Results(Test):
                 groups = [file["snapshots"][group] for group in sorted(file["snapshots"])]
                 self.assertEqual(run.times.tolist(), [group.attrs["time_s"] for group in groups])
                 for snapshot, group in zip(run.snapshots, groups):
-                    self.assertEqual(sorted(snapshot.names), sorted(group))
+                    self.assertEqual(sorted(snapshot.names), sorted(name for name in group if not name.startswith("rigid_body_")))
                     self.assertEqual(snapshot.step, group.attrs["step"])
                     order = np.argsort(group["id"][()]) if "id" in group else ...
                     for field in snapshot.names:
@@ -153,8 +153,9 @@ class Results(Test):
         def shuffle(file):
             for group in file["snapshots"].values():
                 order = np.random.default_rng(1).permutation(group["id"].size)
-                for dataset in group.values():
-                    dataset[...] = dataset[()][order]
+                for name, dataset in group.items():
+                    if not name.startswith("rigid_body_"):
+                        dataset[...] = dataset[()][order]
 
         shuffled, straight = Run(changed("billet", "shuffled", shuffle)).snapshots[-1], Run(place / "billet").snapshots[-1]
         for name in straight.quantities:
@@ -177,6 +178,18 @@ class Results(Test):
         platen, = run.rigid_bodies
         deflection = np.interp(run.times, run.history["time_s"], run.history["deflection_m"])
         np.testing.assert_allclose([platen.displacement(time)[1] for time in run.times], -deflection, atol=1e-12)
+        with h5py.File(changed("billet", "with points") / "fields.h5", "r+") as file:
+            for group in file["snapshots"].values():
+                if "rigid_body_platen" not in group:  # in files of before they were stored
+                    group["rigid_body_platen"] = np.array([[0.002, 0.017 - group.attrs["time_s"]]])
+        stored = Run(place / "with points")
+        first, last = stored.snapshots[0], stored.snapshots[-1]
+        self.assertEqual((last.rigid_bodies, "rigid_body_platen" in last.quantities), (["platen"], False))
+        for snapshot in (first, last):
+            self.assertTrue(platen.inside(*snapshot.rigid_points("platen").T, snapshot.time).all())
+        np.testing.assert_allclose(last.rigid_points("platen") - first.rigid_points("platen"), np.broadcast_to([0, -3e-3], last.rigid_points("platen").shape), atol=1e-9)
+        with self.assertRaisesRegex(ResultsError, "'plate' is missing. Did you mean 'platen'"):
+            last.rigid_points("plate")
         shape = {"difference": [{"union": [{"rectangle": [0, 0, 2, 2]}, {"polygon": [[2, 0], [4, 0], [2, 2]]}]}, {"disk": [1, 1, 0.5]}]}
         body = RigidBody({"name": "x", "shape": shape, "history": [[1, 2, 0], [2, 4, 0], [2, 0, -1], [3, 0, -1]]})
         # 2 m/s for a second, 3 m/s on the average for another, then downwards

@@ -427,7 +427,8 @@ def write(path, save):
         save(temporary)
         os.replace(temporary, path)
     except (OSError, subprocess.CalledProcessError) as error:
-        raise ResultsError(f"{path}: cannot be written ({getattr(error, 'strerror', None) or error}); choose another place with --output") from None
+        reason = getattr(error, "strerror", None) or error
+        raise ResultsError(f"{path}: cannot be written ({reason}); choose another place with --output") from None
     finally:
         temporary.unlink(missing_ok=True)
     print(f"figure: {path}")

@@ -11,7 +11,7 @@
     last["von_mises_stress"]                               # what follows from the stress is found where it is not stored
     run.grid.x_corner, run.grid.x_centre                   # of the cells, of the background grid with particles
     for body in run.rigid_bodies:
-        body.name, body.displacement(last.time)
+        body.name, body.displacement(last.time), last.rigid_points(body.name)
 
 `run.carrier` says what carries the fields. On a "grid" a field has a row for each y and a column for each x; `last.centring(name)`
 says whether at a "cell" or at a "corner". With "points" a field has a value for each particle, in the order of their numbers
@@ -30,6 +30,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
+RIGID = "rigid_body_"  # begins the names of datasets that are no fields
 CARRIERS = {"ductile fields 1": "grid", "ductile particles 1": "points"}  # by the format of fields.h5
 
 
@@ -108,8 +109,8 @@ class Run:
     def open_fields(self):
         path = self.folder / "fields.h5"
         if not path.exists():
-            raise ResultsError(f"{path}: missing; {self.program} writes no snapshots" if self.program == "material_point" else
-                               f"{path}: missing; run the program again")
+            raise ResultsError(f"{path}: missing; " + ("material_point writes no snapshots" if self.program == "material_point" else
+                                                       "run the program again"))
         try:
             return h5py.File(path, "r")
         except OSError as error:
@@ -205,8 +206,10 @@ class Snapshot:
     def __init__(self, run, name, group):
         self.run, self.name = run, name
         self.time, self.step = float(group.attrs["time_s"]), int(group.attrs["step"])
-        self.attributes = {key: {"units": "1", "centring": "cell", **dataset.attrs} for key, dataset in group.items()
-                           if isinstance(dataset, h5py.Dataset)}
+        datasets = {key: dataset for key, dataset in group.items() if isinstance(dataset, h5py.Dataset)}
+        self.attributes = {key: {"units": "1", "centring": "cell", **dataset.attrs} for key, dataset in datasets.items()
+                           if not key.startswith(RIGID)}
+        self.rigid_bodies = [key.removeprefix(RIGID) for key in datasets if key.startswith(RIGID)]  # those whose points are stored
 
     @property
     def names(self):
@@ -240,6 +243,11 @@ class Snapshot:
             return FROM_STRESS[name](*(self[f"stress_{component}"] for component in ("xx", "yy", "zz", "xy")))
         p, s, tau, q = (self[component] for component in ("pressure", "s", "tau", "q"))
         return FROM_STRESS[name](-p + s - q, -p - s - q, -p + 2 * q, tau)
+
+    def rigid_points(self, body):
+        """Places of the points of a rigid body, a row (x, y) [m] each."""
+        one_of(body, self.rigid_bodies, f"{self.run.folder / 'fields.h5'}: the rigid body")
+        return self.read(RIGID + body)
 
     def read(self, name):
         """In the order of the file."""
