@@ -2,8 +2,8 @@
 """How far two runs are apart: the quantities that both have at the last time at which both have a snapshot, and the columns of
 history.csv that both have. Prints a Markdown table; --output keeps it and draws a figure beside it.
 
-    verification/compare.py out/coarse out/fine
-    verification/compare.py out/grid out/points --time 1.4175 --output out/carriers.md
+    ./ductile compare out/coarse out/fine
+    ./ductile compare out/grid out/points --time 1.4175 --output out/carriers.md
 
 Runs on one grid are compared value by value, runs of the same particles particle by particle. Otherwise what is compared are means over
 the cells of one of the runs: those of another grid by cubic interpolation of its sums over cells, which keeps sums and is exact for

@@ -2,11 +2,11 @@
 """Draws what runs left behind: fields or particles at some times (fields.png in each folder), and a curve of history.csv (curve.png,
 one line a run). Without options the quantities, times and columns are those that the run is about.
 
-    verification/plot.py out/upsetting                                   # fields.png and curve.png
-    verification/plot.py out/shear_band --field tau,velocity_x --last
-    verification/plot.py out/upsetting --field temperature_rise --times 2e-3,5e-3,9.5e-3
-    verification/plot.py out/coarse out/fine --curve wall_strain,wall_shear_traction_Pa
-    verification/plot.py out/colliding_disks --field pressure --movie    # fields.mp4, without ffmpeg fields.gif
+    ./ductile plot out/upsetting                                   # fields.png and curve.png
+    ./ductile plot out/shear_band --field tau,velocity_x --last
+    ./ductile plot out/upsetting --field temperature_rise --times 2e-3,5e-3,9.5e-3
+    ./ductile plot out/coarse out/fine --curve wall_strain,wall_shear_traction_Pa
+    ./ductile plot out/colliding_disks --field pressure --movie    # fields.mp4, without ffmpeg fields.gif
 """
 
 import argparse
@@ -81,12 +81,12 @@ class Quantity:
 
     def __init__(self, text, values, unit):
         self.values = values
-        finite = np.concatenate([array[np.isfinite(array)] for array in values])
-        if finite.size == 0:
+        limits = np.array([np.percentile(array[np.isfinite(array)], [0, 0.1, 99.9, 100]) for array in values if np.isfinite(array).any()])
+        if limits.size == 0:
             raise ResultsError(f"the {text} has no finite value at these times; choose others")
-        low, high = finite.min(), finite.max()
+        low, inner_low, inner_high, high = *limits[:, :2].min(axis=0), *limits[:, 2:].max(axis=0)
+        smallest, largest = low, high
         # A few extreme cells must not turn the rest into one colour: the scale leaves them out, and its bar ends in a point.
-        inner_low, inner_high = np.percentile(finite, [0.1, 99.9])
         margin = 0.25 * (inner_high - inner_low)
         if margin > 0:
             low, high = (low if low > inner_low - margin else inner_low), (high if high < inner_high + margin else inner_high)
@@ -97,19 +97,28 @@ class Quantity:
         if not high - low > 1e-6 * max(abs(high), 1e-300):  # one value, but for round-off
             margin = 0.1 * abs(high) if high else 1.0
             low, high = low - margin, high + margin
-        self.factor, shown = scale_of(unit, max(abs(low), abs(high)) if finite.any() else 0.0)
+        self.factor, shown = scale_of(unit, max(abs(smallest), abs(largest)) and max(abs(low), abs(high)))
         self.low, self.high = low / self.factor, high / self.factor
         self.colours = "RdBu_r" if signed else "viridis" if unit == "Pa" else "inferno"
-        self.extend = {(0, 0): "neither", (1, 0): "min", (0, 1): "max", (1, 1): "both"}[int(finite.min() < low), int(finite.max() > high)]
+        self.extend = {(0, 0): "neither", (1, 0): "min", (0, 1): "max", (1, 1): "both"}[int(smallest < low), int(largest > high)]
         self.label = label(text, shown)
 
 
+class Values:
+    """A field, or the magnitude of a vector, at some times, read when asked for: all of a movie may be more than the memory holds."""
+
+    def __init__(self, name, snapshots):
+        self.name, self.snapshots = name, snapshots
+        self.vector = snapshots[0][name].ndim > snapshots[0].run.dimensions
+
+    def __getitem__(self, number):
+        values = self.snapshots[number][self.name]
+        return np.linalg.norm(values, axis=-1) if self.vector else values
+
+
 def quantity(name, snapshots):
-    """A field, or the magnitude of a vector, at some times."""
-    values = [snapshot[name] for snapshot in snapshots]
-    if values[0].ndim == snapshots[0].run.dimensions:
-        return Quantity(words(name), values, snapshots[0].units(name))
-    return Quantity(f"magnitude of the {words(name)}", [np.linalg.norm(array, axis=-1) for array in values], snapshots[0].units(name))
+    values = Values(name, snapshots)
+    return Quantity(("magnitude of the " if values.vector else "") + words(name), values, snapshots[0].units(name))
 
 
 def default_fields(run):
@@ -194,7 +203,8 @@ class View:
             half = np.array([grid.x_corner[1] - grid.x_corner[0], grid.y_corner[1] - grid.y_corner[0]]) / 2
             box += np.concatenate([-half, half])
         image = axes.imshow(values / quantity.factor, origin="lower", extent=self.extent(box), cmap=quantity.colours,
-                            norm=plt.Normalize(quantity.low, quantity.high), interpolation="nearest")
+                            norm=plt.Normalize(quantity.low, quantity.high),
+                            interpolation="nearest" if max(values.shape) < 300 else "antialiased")  # more cells than pixels
         self.prepare(axes)
         return image
 
@@ -519,11 +529,11 @@ def draw(options):
 def main():
     parser = Parser(prog="plot", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("out", metavar="OUT", nargs="+", type=Path, help="a folder that a run left; several share the curve")
-    parser.add_argument("--field", metavar="NAME[,NAME]", type=lambda text: text.split(","), help="quantities of fields.h5")
+    parser.add_argument("--field", metavar="NAME[,NAME]", type=lambda text: text.split(","), help="quantities of fields.h5; a wrong name lists them")
     chosen = parser.add_mutually_exclusive_group()
     chosen.add_argument("--times", metavar="T1[,T2]", type=numbers, help="the snapshots nearest to these times [s]")
     chosen.add_argument("--last", action="store_true", help="the last snapshot only")
-    parser.add_argument("--curve", metavar="X,Y", type=pair, help="columns of history.csv")
+    parser.add_argument("--curve", metavar="X,Y", type=pair, help="columns of history.csv; a wrong name lists them")
     parser.add_argument("--movie", action="store_true", help="all snapshots one after the other (or those of --times)")
     parser.add_argument("--output", metavar="PLACE", type=Path,
                         help="a folder, or the file of a single figure (default: beside the results)")
