@@ -196,9 +196,9 @@ class Results(Test):
         # 2 m/s for a second, 3 m/s on the average for another, then downwards
         for time, way in ((0, (0, 0)), (1, (2, 0)), (2, (5, 0)), (2.5, (5, -0.5)), (5, (5, -3))):
             np.testing.assert_allclose(body.displacement(time), way, atol=1e-12)
-        x, y = np.array([0.1, 1.0, 2.5, 3.5]), np.array([0.1, 1.0, 0.5, 1.5])
-        self.assertEqual(body.inside(x, y, 0).tolist(), [True, False, True, False])
-        self.assertEqual(body.inside(x + 2, y, 1).tolist(), [True, False, True, False])
+        x, y = np.array([0.1, 1.0, 2.5, 3.5, -1.0]), np.array([0.1, 1.0, 0.5, 1.5, 0.5])
+        self.assertEqual(body.inside(x, y, 0).tolist(), [True, False, True, False, False])
+        self.assertEqual(body.inside(x + 2, y, 1).tolist(), [True, False, True, False, False])
         self.assertEqual(body.box(1), (2, 0, 6, 2))
 
     def test_mistakes(self):
@@ -314,15 +314,29 @@ class Plot(Test):
         self.assertEqual(plot.name_and_unit("wall_strain_rate_1/s"), ("wall_strain_rate", "1/s"))
         self.assertEqual(plot.name_and_unit("wall_strain"), ("wall_strain", "1"))
 
+    def test_curves(self):
+        run = Run(place / "point")
+        lines = plot.lines(run, "", "time_s", "tau_Pa")
+        method, tolerance = run.history["method"], run.history["tolerance"]
+        self.assertEqual([line[0] for line in lines], list(dict.fromkeys(method)))
+        for name, times, tau in lines:
+            rows = (method == name) & (tolerance == 1e-8)
+            np.testing.assert_array_equal([times, tau], [run.history["time_s"][rows], run.history["tau_Pa"][rows]])
+        figure, axes = plot.plt.subplots()
+        plot.plot_lines(axes, [("a", np.array([0, 2e-3]), np.array([0, -3e4])), ("b", np.array([0, 1e-3]), np.array([0, np.nan]))],
+                        "time_s", "load_N")
+        self.assertEqual((axes.get_xlabel(), axes.get_ylabel()), ("time [ms]", "load [kN]"))
+        np.testing.assert_allclose(axes.lines[0].get_xydata(), [[0, 0], [2, -30]])
+        plot.plt.close(figure)
+
     def test_particles_are_drawn_as_they_are_stretched(self):
         run = Run(place / "bar")
         view = plot.View(run, run.snapshots)
         np.testing.assert_allclose(view.sides, 0.05)
-        for snapshot, length in zip(run.snapshots, (0.3, 0.324)):
-            outlines = view.neighbours.outlines(snapshot)
-            np.testing.assert_allclose(np.ptp(outlines[..., 0]), length, rtol=0.01)
-        first = view.neighbours.outlines(run.snapshots[0])
+        first, last = (view.neighbours.outlines(snapshot) for snapshot in run.snapshots)
         np.testing.assert_allclose(np.ptp(first, axis=1), 0.05)
+        np.testing.assert_allclose([np.ptp(first[..., 0]), np.ptp(last[..., 0])], [0.3, 0.324], rtol=0.01)
+        np.testing.assert_allclose(np.ptp(last[..., 0], axis=1).mean(), 0.05 * 1.08, rtol=0.01)
 
     def test_mistakes(self):
         grid, point = place / "grid", place / "point"
@@ -387,6 +401,10 @@ class Compare(Test):
             self.assertIn("means over the 22 x 10 cells", text)  # of 256 and 220
             for name in ("pressure", "effective_temperature", "velocity_x"):
                 self.assertLess(float(rows(text)[name][1]), 1e-12)
+        run, grid = Run(one), Run(other).grid
+        for name in ("pressure", "velocity_x"):
+            means = compare.cell_means(run, run.snapshots[-1], name, grid)
+            np.testing.assert_allclose(means, 3 + 200 * grid.x_centre[None, :] - 500 * grid.y_centre[:, None], atol=1e-11)
 
     def test_means_keep_sums(self):
         matrix = compare.mean_matrix(np.linspace(0, 1, 13), np.linspace(0, 1, 6))
