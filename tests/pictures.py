@@ -311,6 +311,11 @@ class Plot(Test):
         self.assertLess(flat.low, flat.high)
         self.assertEqual([plot.scale_of(unit, size)[1] for unit, size in (("m", 0.02), ("m", 0.7), ("Pa", 3e9), ("s", 3e-5), ("K", 1e4))],
                          ["mm", "m", "MPa", "µs", "K"])
+        wave = 1e-6 * np.sin(np.arange(256)).reshape(16, 16)
+        run = Run(changed("grid", "tiny pressure", lambda file: file["snapshots/000001/pressure"].write_direct(wave)))
+        pressure, tau = plot.quantities_of(["pressure", "tau"], run.snapshots)
+        self.assertEqual((pressure.label, tau.label), ("pressure [MPa]", r"shear stress $\tau$ [MPa]"))
+        np.testing.assert_allclose([-pressure.low, pressure.high], 1e-9 * tau.high)
         self.assertEqual(plot.name_and_unit("wall_strain_rate_1/s"), ("wall_strain_rate", "1/s"))
         self.assertEqual(plot.name_and_unit("wall_strain"), ("wall_strain", "1"))
 

@@ -39,6 +39,7 @@ WRITTEN = {"Ns": "N s", "Nms": "N m s", "kg/m^3": "kg/m³"}
 PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
 PREFIXED = {"Pa": 1e6, "J": 1e9, "N": 1e9, "m": 1.0, "s": 1.0, "m/s": 1.0}  # units that take a prefix, and the largest one
 DEFAULT_TIMES = 6
+ROUND_OFF = 1e-9  # of the largest stress of a figure
 DOTS, LARGEST = 150, 25.0  # of a figure: pixels an inch, and inches a side
 SIDE = 2.6                 # of a picture [in], of a square one
 
@@ -80,7 +81,7 @@ class Quantity:
     """Pictures of one field, with one scale of colours for all of them."""
 
     def __init__(self, text, values, unit):
-        self.values = values
+        self.text, self.values, self.unit = text, values, unit
         limits = np.array([np.percentile(array[np.isfinite(array)], [0, 0.1, 99.9, 100]) for array in values if np.isfinite(array).any()])
         if limits.size == 0:
             raise ResultsError(f"the {text} has no finite value at these times; choose others")
@@ -97,11 +98,21 @@ class Quantity:
         if not high - low > 1e-6 * max(abs(high), 1e-300):  # one value, but for round-off
             margin = 0.1 * abs(high) if high else 1.0
             low, high = low - margin, high + margin
-        self.factor, shown = scale_of(unit, max(abs(smallest), abs(largest)) and max(abs(low), abs(high)))
-        self.low, self.high = low / self.factor, high / self.factor
+        self.limits, self.signed = (low, high), signed
+        self.size = max(abs(smallest), abs(largest)) and max(abs(low), abs(high))
         self.colours = "RdBu_r" if signed else "viridis" if unit == "Pa" else "inferno"
         self.extend = {(0, 0): "neither", (1, 0): "min", (0, 1): "max", (1, 1): "both"}[int(smallest < low), int(largest > high)]
-        self.label = label(text, shown)
+        self.measure(self.size)
+
+    def measure(self, size):
+        """Takes the unit that suits `size`; what is round-off beside it shows no pattern."""
+        low, high = self.limits
+        least = ROUND_OFF * size
+        if max(abs(low), abs(high)) < least:
+            low, high = (-least if self.signed else 0.0), least
+        self.factor, shown = scale_of(self.unit, size)
+        self.low, self.high = low / self.factor, high / self.factor
+        self.label = label(self.text, shown)
 
 
 class Values:
@@ -119,6 +130,15 @@ class Values:
 def quantity(name, snapshots):
     values = Values(name, snapshots)
     return Quantity(("magnitude of the " if values.vector else "") + words(name), values, snapshots[0].units(name))
+
+
+def quantities_of(names, snapshots):
+    """Those of a figure, all stresses in one unit."""
+    drawn = [quantity(name, snapshots) for name in names]
+    stresses = [one for one in drawn if one.unit == "Pa"]
+    for one in stresses:
+        one.measure(max(other.size for other in stresses))
+    return drawn
 
 
 def default_fields(run):
@@ -337,7 +357,7 @@ def colour_bar(figure, image, quantity, beside, location):
 
 def draw_fields(run, names, snapshots, path):
     view = View(run, snapshots)
-    quantities = [quantity(name, snapshots) for name in names]
+    quantities = quantities_of(names, snapshots)
     sheet = Sheet(view, len(snapshots), quantities)
     for number, one in enumerate(quantities):
         for k, snapshot in enumerate(snapshots):
@@ -352,7 +372,7 @@ def draw_fields(run, names, snapshots, path):
 def draw_movie(run, names, snapshots, path):
     """One frame a snapshot, ten seconds in all if they are enough."""
     view = View(run, snapshots)
-    quantities = [quantity(name, snapshots) for name in names]
+    quantities = quantities_of(names, snapshots)
     sheet = Sheet(view, 1, quantities)
     rate = int(np.clip(len(snapshots) / 10, 4, 25))
     # H.264 as all players read it wants even sides.
@@ -529,7 +549,8 @@ def draw(options):
 def main():
     parser = Parser(prog="plot", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("out", metavar="OUT", nargs="+", type=Path, help="a folder that a run left; several share the curve")
-    parser.add_argument("--field", metavar="NAME[,NAME]", type=lambda text: text.split(","), help="quantities of fields.h5; a wrong name lists them")
+    parser.add_argument("--field", metavar="NAME[,NAME]", type=lambda text: text.split(","),
+                        help="quantities of fields.h5; a wrong name lists them")
     chosen = parser.add_mutually_exclusive_group()
     chosen.add_argument("--times", metavar="T1[,T2]", type=numbers, help="the snapshots nearest to these times [s]")
     chosen.add_argument("--last", action="store_true", help="the last snapshot only")
