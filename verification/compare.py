@@ -15,15 +15,12 @@ import os
 import sys
 from pathlib import Path
 
-import matplotlib
+import matplotlib.pyplot as plt
 import numpy as np
 
 import plot
 from common import BOOKKEEPING, lagrange_matrix, markdown_table
 from results import ResultsError, Run
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt  # noqa: E402  (after the choice of the backend)
 
 DRAWN = 3  # quantities at most
 

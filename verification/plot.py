@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 """Draws what runs left behind: fields or particles at some times (fields.png in each folder), and a curve of history.csv (curve.png,
-one line a run). Without options the quantities, times and columns are those that the run is about.
+one line a run; of several runs in the folder that they share). Without options the quantities, times and columns are those that a run
+is about.
 
     ./ductile plot out/upsetting                                   # fields.png and curve.png
     ./ductile plot out/shear_band --field tau,velocity_x --last
