@@ -213,6 +213,8 @@ class Results(Test):
         for partial in ("history.csv.partial", "fields.h5.partial"):
             (changed("grid", "unfinished") / partial).touch()
             self.refused(plot, place / "unfinished", says=[partial, "has not ended", "--restart"])
+            (place / "unfinished" / "checkpoint.h5").unlink()
+            self.refused(plot, place / "unfinished", says=[partial, "run the program again"])
         other = changed("grid", "other", lambda file: file.attrs.__setitem__("format", "ductile fields 99"))
         self.refused(plot, other, says=["fields.h5", "'ductile fields 99'", "'ductile fields 1'"])
         none = changed("grid", "none", lambda file: file["snapshots"].clear())

@@ -67,8 +67,9 @@ class Run:
             raise ResultsError(f"{folder}: no such folder; give the one that a run left")
         for name in ("history.csv.partial", "fields.h5.partial"):
             if (self.folder / name).exists():
-                raise ResultsError(f"{self.folder / name}: the run has not ended; wait for it, or go on with a killed one by "
-                                   f"--restart {self.folder / 'checkpoint.h5'}")
+                checkpoint = self.folder / "checkpoint.h5"
+                again = f"go on with it by --restart {checkpoint}" if checkpoint.exists() else "run the program again"
+                raise ResultsError(f"{self.folder / name}: the run has not ended; wait for it, or, if it was killed, {again}")
         path = self.folder / "summary.json"
         try:
             self.summary = json.loads(path.read_text())
