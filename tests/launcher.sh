@@ -25,13 +25,20 @@ stand_in() { # NAME, body on standard input
 fresh() { # a fresh machine and a fresh copy of the tree
     rm -rf "$tree" "$sandbox/bin" "$sandbox/installed" "$sandbox/lists" "$sandbox/uid"
     mkdir -p "$tree/drivers" "$sandbox/bin" "$sandbox/elsewhere"
-    cp "$launcher" "$tree/ductile"
+    # Debian's Python is a stand-in, too.
+    sed "s|/usr/bin/python3|$sandbox/bin/python3|" "$launcher" >"$tree/ductile"
+    chmod +x "$tree/ductile"
     touch "$tree/drivers/alpha.cpp" "$sandbox/installed"
     echo 0 >"$sandbox/uid"
     local tool
     for tool in bash basename cat chmod dirname env flock grep mkdir nproc paste realpath sed tail; do
         ln -s "$(command -v $tool)" "$sandbox/bin/$tool"
     done
+    stand_in python3 <<'END'
+if [[ $1 == -c ]]; then grep -q python3-matplotlib "$sandbox/installed"; exit; fi
+echo "python3 $*" >>"$log"
+exit 7
+END
     stand_in id <<<'cat "$sandbox/uid"'
     stand_in dpkg-query <<<'sed "s/$/ installed/" "$sandbox/installed"'
     stand_in apt-cache <<<'[[ -e $sandbox/lists ]]'
@@ -78,6 +85,8 @@ launch 2 alhpa
 expect output "Did you mean 'alpha'?"
 launch 2 tset
 expect output "Did you mean 'test'?"
+launch 2 plto
+expect output "Did you mean 'plot'?"
 launch 2 --hepl
 expect_not output "Did you mean 'alpha'?"
 launch 2 ../drivers/alpha
@@ -132,8 +141,28 @@ expect output "apt-get failed"
 expect_not log "cmake --"
 rm "$sandbox/broken"
 
+fresh # figures: only what they need is installed, nothing is built; arguments and status pass through
+: >"$sandbox/lists"
+launch 7 plot out/a 'out/two words' --last
+expect log "install --yes --no-install-recommends python3-numpy python3-h5py python3-matplotlib"
+expect log "python3 $tree/verification/plot.py out/a out/two words --last"
+expect_not log cmake
+launch 7 compare out/a out/b
+expect log "python3 $tree/verification/compare.py out/a out/b"
+expect_not log apt-get
+
+fresh # the packages are there and Python does not see them
+: >"$sandbox/lists"
+stand_in python3 <<<'exit 1'
+launch 2 plot out/a
+expect output "cannot import numpy"
+
 fresh # not Debian
 rm "$sandbox"/bin/apt-get
+launch 2 plot out/a
+expect output "not a Debian system"
+expect output python3-matplotlib
+expect_not output cmake
 launch 2 alpha
 expect output "not a Debian system"
 expect output libsundials-dev

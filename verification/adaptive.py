@@ -15,6 +15,7 @@ import numpy as np
 import common
 import convergence
 from common import BULK, FIELDS, GRIDS, SHEAR, YIELD
+from results import Run
 
 FACTOR = 1e-3  # F_Q of Table 2
 AREA = 4.0     # |Omega| in L^2
@@ -80,7 +81,7 @@ def definitions(folder):
     h = 2 / now.cells
     dx = 0.5 / h * (phi[:, 1:, 1:] - phi[:, 1:, :-1] + phi[:, :-1, 1:] - phi[:, :-1, :-1])
     dy = 0.5 / h * (phi[:, 1:, 1:] - phi[:, :-1, 1:] + phi[:, 1:, :-1] - phi[:, :-1, :-1])
-    program = common.history(folder)["step_measure"][-1]
+    program = Run(folder).history["step_measure"][-1]
     rows = []
     for name, unit in (("s_Y", YIELD), ("mu", SHEAR)):
         bulk, shear = BULK / unit, SHEAR / unit
@@ -94,7 +95,7 @@ def definitions(folder):
 
 def series(folder):
     """Times [t_s], steps [t_s] and Q* of the steps of a run."""
-    table = common.history(folder)
+    table = Run(folder).history
     keep = table["dt_s"] > 0
     return tuple(table[name][keep] / unit for name, unit in (("time_s", common.TIME), ("dt_s", common.TIME),
                                                              ("step_measure", 1.0)))

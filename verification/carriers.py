@@ -12,11 +12,11 @@ With linear functions particles cross cells at other instants in either, and the
 
 import os
 
-import h5py
 import matplotlib.pyplot as plt
 import numpy as np
 
 import common
+from results import Run
 
 SCENE = common.ROOT / "drivers/scenes/glass-block.toml"
 REFERENCE = 512
@@ -64,16 +64,15 @@ class State:
 
     @staticmethod
     def end(folder):
-        traction = common.history(folder)["wall_shear_traction_Pa"][-1] * 1e-6
-        with h5py.File(folder / "fields.h5") as file:
-            last = file["snapshots"][sorted(file["snapshots"])[-1]]
-            chi = last["effective_temperature"][()]
-            if "position" not in last:
-                centres = (np.arange(len(chi)) + 0.5) / len(chi)
-                return traction, *np.meshgrid(centres, centres), last["tau"][()] * 1e-6, chi
-            order = np.argsort(last["id"][()])
-            x, y = (last["position"][()][order] / (2 * common.LENGTH) + 0.5).T
-            return traction, x, y, last["stress_xy"][()][order] * 1e-6, chi[order]
+        run = Run(folder)
+        traction, last = run.history["wall_shear_traction_Pa"][-1] * 1e-6, run.snapshots[-1]
+        chi = last["effective_temperature"]
+        if run.carrier == "grid":
+            centres = (np.arange(len(chi)) + 0.5) / len(chi)
+            x, y = np.meshgrid(centres, centres)
+        else:
+            x, y = (last["position"] / (2 * common.LENGTH) + 0.5).T
+        return traction, x, y, last["tau"] * 1e-6, chi
 
     def at(self, x, y):
         """tau and chi of a run on the grid at other places."""
@@ -152,7 +151,7 @@ def main():
                      **{q: np.sqrt(np.mean((getattr(taken, q) - getattr(runs[name, 32], q))**2)) for q in ("tau", "chi")}}
             time_rows.append([name, dt, *numbers(error)])
     draw(options.results / "carriers.png", table, runs, reference)
-    strain = common.history(options.work / f"grid {REFERENCE}")["wall_strain"][-1]
+    strain = Run(options.work / f"grid {REFERENCE}").history["wall_strain"][-1]
     text = "\n".join([
         f"# One scene, both carriers\n\n{common.provenance()}, 2 cores with AVX-512 beside other work\n",
         f"`drivers/scenes/glass-block.toml` at the strain {strain:.4f}, where the traction is {reference.traction:.1f} MPa, tau varies by "

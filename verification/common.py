@@ -5,7 +5,6 @@ import argparse
 import concurrent.futures
 import csv
 import datetime
-import json
 import os
 import shlex
 import subprocess
@@ -16,6 +15,8 @@ from pathlib import Path
 import h5py
 import matplotlib
 import numpy as np
+
+from results import ResultsError, Run
 
 matplotlib.use("Agg")
 
@@ -88,10 +89,10 @@ def decisive(parameters):
 
 
 def summary(folder):
-    """summary.json of a run, or None."""
+    """summary.json of a run that has ended, or None."""
     try:
-        return json.loads((folder / "summary.json").read_text())
-    except FileNotFoundError:
+        return Run(folder).summary
+    except ResultsError:
         return None
 
 
@@ -134,13 +135,6 @@ def run_all(program, work, runs, jobs, timed=False):
         return dict(zip(names, pool.map(lambda name: run(program, work / name, runs[name], timed=timed), names)))
 
 
-def history(folder):
-    """Columns of history.csv by name."""
-    with open(folder / "history.csv") as file:
-        names = file.readline().strip().split(",")
-        return dict(zip(names, np.loadtxt(file, delimiter=",", unpack=True)))
-
-
 # --- fields ----------------------------------------------------------------------------------------------------------------
 
 
@@ -164,13 +158,12 @@ class Fields:
 
 def load(folder, index=-1):
     """A snapshot of a run, by default the last; `.time` is in t_s."""
-    with h5py.File(folder / "fields.h5", "r") as file:
-        group = file["snapshots"][sorted(file["snapshots"])[index]]
-        read = lambda names, unit: np.stack([group[name][()] for name in names]) / unit
-        fields = Fields(read(("velocity_x", "velocity_y"), WALL)[:, :, :-1],
-                        read(("pressure", "s", "tau", "q"), YIELD), read(("effective_temperature",), STEADY))
-        fields.time = group.attrs["time_s"] / TIME
-        return fields
+    snapshot = Run(folder).snapshots[index]
+    read = lambda names, unit: np.stack([snapshot[name] for name in names]) / unit
+    fields = Fields(read(("velocity_x", "velocity_y"), WALL)[:, :, :-1],
+                    read(("pressure", "s", "tau", "q"), YIELD), read(("effective_temperature",), STEADY))
+    fields.time = snapshot.time / TIME
+    return fields
 
 
 def norms(error):

@@ -20,6 +20,7 @@ import matplotlib.pyplot as plt
 import common
 import convergence
 from common import FIELDS
+from results import Run
 
 THREADS = 2
 DEFAULT = {}  # no options: what the program does by itself
@@ -66,7 +67,7 @@ def equilibrium(program, work, path):
     for operator in ("exact", "full"):
         scheme = {} if operator == "exact" else PAPER
         fresh(program, work / f"operator-{operator}", {"cells": 128, "operator": operator, **scheme, "snapshots": common.DURATION})
-        history = common.history(work / f"operator-{operator}")
+        history = Run(work / f"operator-{operator}").history
         residual = history["equilibrium_residual"][1:]
         largest[operator] = residual.max()
         axis.semilogy(history["time_s"][1:], residual, label=f"stiffness: {operator}")

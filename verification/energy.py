@@ -7,6 +7,7 @@
 import matplotlib.pyplot as plt
 
 import common
+from results import Run
 
 METHODS = {"explicit": {"method": "explicit"}, "mu = 1": {"method": "implicit", "mu": 1}, "mu = 0.75": {"method": "implicit", "mu": 0.75},
            "mu = 0.5": {"method": "implicit", "mu": 0.5}, "midpoint": {"method": "midpoint"}}
@@ -21,7 +22,7 @@ def main():
 
     def run(program, name, options):
         folder = common.run(arguments.program.parent / program, arguments.work / name, {"snapshots": 0, **options})
-        return common.summary(folder)["extra"], common.history(folder)
+        return common.summary(folder)["extra"], Run(folder).history
 
     disks = {(method, dt): run("colliding_disks", f"disks-{number}-{dt}", {**options, "dt": dt})
              for number, (method, options) in enumerate(METHODS.items()) for dt in DISK_STEPS

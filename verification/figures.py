@@ -10,7 +10,6 @@ programs do not record. Runs are kept in the work folder.
 
 import types
 
-import h5py
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.patches import Rectangle
@@ -18,6 +17,7 @@ from matplotlib.tri import Triangulation
 
 import common
 import tables
+from results import Run
 
 # --- the paper's scenes and numbers ----------------------------------------------------------------------------------------
 
@@ -65,13 +65,8 @@ def times(values):
 
 def load(folder):
     """All snapshots of a run with their fields by name and the particles in the order of their numbers."""
-    snapshots = []
-    with h5py.File(folder / "fields.h5", "r") as file:
-        for name in sorted(file["snapshots"]):
-            group = file["snapshots"][name]
-            order = np.argsort(group["id"][()])
-            snapshots.append(types.SimpleNamespace(time=group.attrs["time_s"], **{field: group[field][()][order] for field in group}))
-    return snapshots
+    return [types.SimpleNamespace(time=snapshot.time, **{name: snapshot[name] for name in snapshot.names})
+            for snapshot in Run(folder).snapshots]
 
 
 def nearest(snapshots, moment):
@@ -126,7 +121,7 @@ def bars(run, results):
             options = {**BAR_STEPS, "poisson-ratio": poisson, "duration": wanted[-1], "snapshots": times([0, *wanted])}
             folder = run(f"{bar}_bar", f"{bar}-bar-{poisson}", options)
             start, *snapshots = load(folder)
-            history = common.history(folder)
+            history = Run(folder).history
             axis = axes[row, column]
             for colour, snapshot in zip(colours, snapshots):
                 expected = closed_form(bar, GRIP_SPEED * snapshot.time / BAR_LENGTH)
@@ -189,7 +184,7 @@ def disks(run, results):
                for number, (case, options) in enumerate(DISKS.items())}
     table, numbers = [], []
     for case, folder in folders.items():
-        history, snapshots = common.history(folder), load(folder)
+        history, snapshots = Run(folder).history, load(folder)
         lower = snapshots[0].position.sum(axis=1) < 1
         strain_energy = history["strain_energy_J"]
         felt = history["time_s"][strain_energy > 0.01 * history["total_energy_J"][0]][0]
@@ -277,7 +272,7 @@ def billets(run, results):
     cases |= {f"dt = {REFINED_STEP:g} s, cells of {1e3 * cell:g} mm": (meshes[cell], refined[cell]) for cell in meshes}
 
     # the runs stop at different heights: radii are compared at the greatest of them
-    histories = {case: common.history(folder) for case, (folder, _) in cases.items()}
+    histories = {case: Run(folder).history for case, (folder, _) in cases.items()}
     same = max(history["height_m"][-1] for history in histories.values())
     table, numbers = [], []
     for case, (folder, (start, end)) in cases.items():
@@ -401,7 +396,7 @@ def line_search(run, results):
     searched = run("plastic_bar", "crossing-residual", base | {"line-search": "residual", "snapshots": 0})
     moments, places, stresses = columns_of(load(without))
     found = crossings(moments, places)
-    histories = {"none": common.history(without), "residual": common.history(searched)}
+    histories = {"none": Run(without).history, "residual": Run(searched).history}
     steps, seconds, iterations = (histories["none"][name] for name in ("step", "time_s", "newton_iterations"))
     differing = np.count_nonzero(np.any([histories["none"][name] != histories["residual"][name]
                                          for name in ("newton_iterations", "linear_iterations", "total_energy_J")], axis=0))
@@ -417,7 +412,7 @@ def line_search(run, results):
     varied = []
     for number, (case, options) in enumerate(VARIATIONS.items()):
         folder = run("plastic_bar", f"crossing-{number}", base | {"line-search": "none", "snapshots": 0, **options}) if options else without
-        counts = common.history(folder)["newton_iterations"]
+        counts = Run(folder).history["newton_iterations"]
         varied.append([case, int(counts.sum()), int(counts.max()), np.count_nonzero(counts > 1)])
         numbers.append(["9a", "largest number of Newton iterations", case, max(PRINTED_PEAKS.values()), int(counts.max())])
     billet_options = PAPER_WAY | BILLET_TOLERANCES | {"dt": REFINED_STEP, "snapshots": 0}
@@ -494,7 +489,7 @@ def draw_line_search(results, histories, columns, found, billet):
         axis.legend(loc="center right", fontsize=10, framealpha=1)
 
     for (search, folder), marker, colour in zip(billet.items(), ("x", "o"), ("C0", "C1")):
-        history, summary = common.history(folder), common.summary(folder)
+        history, summary = Run(folder).history, common.summary(folder)
         axes[3].plot(1e3 * history["deflection_m"], history["newton_iterations"], marker=marker, color=colour, linewidth=0.8, markersize=4,
                      markerfacecolor="none", label=f"line search {search}: {summary['steps']} steps, {summary['rejected_steps']} repeated")
     axes[3].set(title=f"(d) upsetting, 1 mm, dt = {REFINED_STEP:g} s at most: iterations of the steps that converged",

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Whether a change keeps the bits: records history.csv and the last snapshot of small runs of every scheme, method, form, shape and
+"""Whether a change keeps the bits: records history.csv and the snapshots of small runs of every scheme, method, form, shape and
 solver, and compares two records number by number.
 
     verification/guard.py record out/guard/before                    # with build/release, some minutes
@@ -17,8 +17,9 @@ import subprocess
 import sys
 from pathlib import Path
 
-import h5py
 import numpy as np
+
+from results import Run
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -73,18 +74,14 @@ def cases():
 
 
 def numbers(folder):
-    """history/COLUMN without the rows at t = 0, and fields/DATASET of the last snapshot."""
+    """history/COLUMN without the rows at t = 0, and fields/SNAPSHOT/DATASET."""
     found = {}
-    with open(folder / "history.csv") as file:
-        names = file.readline().strip().split(",")
-    table = np.genfromtxt(folder / "history.csv", delimiter=",", skip_header=1, ndmin=2)
-    table = table[table[:, names.index("step")] > 0]
-    for k, name in enumerate(names):
-        found[f"history/{name}"] = table[:, k]
-    with h5py.File(folder / "fields.h5") as file:
-        groups = [name for name in file if isinstance(file[name], h5py.Group) and name != "grid"]
-        last = file[max(groups)]
-        last.visititems(lambda name, item: found.__setitem__(f"fields/{name}", item[()]) if isinstance(item, h5py.Dataset) else None)
+    run = Run(folder)
+    for name, column in run.history.items():
+        found[f"history/{name}"] = column[run.history["step"] > 0]
+    for snapshot in run.snapshots:
+        for name in snapshot.names:
+            found[f"fields/{snapshot.name}/{name}"] = snapshot[name]
     return found
 
 

@@ -8,6 +8,7 @@ lib/space/cells.hpp and lib/mpm/step_energies.hpp say.
 import math
 
 import common
+from results import Run
 
 TIME_STEPS = ("ralston", "bogacki-shampine", "dormand-prince", "chebyshev", "incremental", "extrapolated", "substepped", "euler")
 SUNDIALS = ("arkode-3", "cvode-adams", "cvode-bdf", "ida")
@@ -49,7 +50,7 @@ def point_runs(programs, work):
         folder = work / f"{program}-{method}-{dt:g}"
         common.run(programs / program, folder, {"method": method, "dt": dt, **options})
         extra = common.summary(folder)["extra"]
-        history = common.history(folder)
+        history = Run(folder).history
         scale = history["energy_error_J"][-1] / extra["energy_error_of_work"] if extra["energy_error_of_work"] else math.inf
         by_method = -extra["numerical_dissipation_J"] / scale
         yield program, method, dt, extra["energy_error_of_work"], by_method, extra["energy_error_of_work"] - by_method

@@ -30,10 +30,10 @@ from pathlib import Path
 from typing import Callable
 
 import common
-import h5py
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.patches import Patch
+from results import Run
 
 COLOURS = {"right": "#4caf50", "right, warned": "#b7e1a1", "warned": "#ffe066", "refused": "#c8c8c8", "near": "#ffb38a",
            "slow": "#a6cee3", "silent": "#e53935", "unclear": "#e53935", "crash": "#e53935", "hang": "#e53935"}
@@ -181,13 +181,9 @@ def run_cases(cases, programs, work, jobs):
 
 def finite(folder):
     """Whether history.csv and the last snapshot of fields.h5 hold numbers only."""
-    table = np.genfromtxt(folder / "history.csv", delimiter=",", skip_header=1, ndmin=2)
-    if not np.isfinite(table).all():
-        return False
-    with h5py.File(folder / "fields.h5") as file:
-        snapshots = file["snapshots"]
-        last = snapshots[sorted(snapshots)[-1]] if len(snapshots) else {}
-        return all(np.isfinite(data[()]).all() for data in last.values() if data.dtype.kind == "f")
+    run = Run(folder)
+    return all(np.isfinite(column).all() for column in run.history.values()) and all(
+        np.isfinite(run.snapshots[-1][name]).all() for name in run.snapshots[-1].names)
 
 
 def classify(result):

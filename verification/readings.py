@@ -11,6 +11,7 @@ import numpy as np
 
 import common
 from common import LENGTH, SHEAR, TIME
+from results import Run
 
 DENSITY = 6125.0  # kg/m^3, Table 1
 OTHER_TIME = LENGTH / np.sqrt(SHEAR / DENSITY)  # t_s = L/c_s
@@ -39,7 +40,7 @@ def rows(folders):
     followed = common.load(folders["followed"])
     for name, folder in folders.items():
         distance = common.norms(common.load(folder) - followed)
-        last = {column: values[-1] for column, values in common.history(folder).items()}
+        last = {column: values[-1] for column, values in Run(folder).history.items()}
         yield [name, *(f"{distance[field]:.1e}" for field in common.FIELDS), f"{last['largest_effective_temperature_K']:.2f}",
                f"{last['mean_deviatoric_magnitude_Pa'] * 1e-6:.2f}"]
 

@@ -27,6 +27,7 @@ import common
 import h5py
 import maps
 import numpy as np
+from results import Run
 
 GRID = 20
 DURATION = 1.4175  # [s], strain 0.07
@@ -132,16 +133,14 @@ class Snapshot:
     """The last snapshot of a run, in SI units."""
 
     def __init__(self, folder):
-        with h5py.File(folder / "fields.h5") as file:
-            names = sorted(file["snapshots"])
-            last = file["snapshots"][names[-1]]
-            read = lambda *keys: np.stack([last[key][()] for key in keys])
-            self.stress = read("pressure", "s", "tau", "q")
-            self.internal = last["effective_temperature" if "effective_temperature" in last else "plastic_strain"][()]
-            self.velocity = read("velocity_x", "velocity_y")
-            self.time = last.attrs["time_s"]
-            grid = file["grid"].attrs
-            self.dx, self.dy = grid["width_m"] / grid["cells_x"], grid["height_m"] / grid["cells_y"]
+        run = Run(folder)
+        last = run.snapshots[-1]
+        read = lambda *names: np.stack([last[name] for name in names])
+        self.stress = read("pressure", "s", "tau", "q")
+        self.internal = last["effective_temperature" if "effective_temperature" in last.names else "plastic_strain"]
+        self.velocity, self.time = read("velocity_x", "velocity_y"), last.time
+        left, bottom, right, top = run.grid.box
+        self.dx, self.dy = (right - left) / run.grid.x_centre.size, (top - bottom) / run.grid.y_centre.size
 
 
 def stress_norm(stress):
@@ -197,7 +196,7 @@ def reference_from(folder, options):
     unit = float(options.get("stz-steady-temperature", 900)) if options.get("plasticity", "stz") == "stz" else 1.0
     told = [abs(speed) for which in (1, 2) for _, speed in knots_of(options.get("wall-history", "0:0"), which)]
     half = 0.5 * float(options.get("height", 0.02))
-    speed = max(np.abs(last.velocity).max(), *told, half * np.abs(common.history(folder)["wall_strain_rate_1/s"]).max(), 1e-3 * common.WALL)
+    speed = max(np.abs(last.velocity).max(), *told, half * np.abs(Run(folder).history["wall_strain_rate_1/s"]).max(), 1e-3 * common.WALL)
     return Reference(last.stress, last.internal, last.velocity, stress_unit(options, last.stress), unit, speed)
 
 
@@ -248,7 +247,7 @@ def judge(options, reference, folder):
     last = Snapshot(folder)
     (sigma, chi, v), slack = promises_of(options)
     exact = options.get("operator", "exact") == "exact"
-    history = common.history(folder)
+    history = Run(folder).history
     largest = np.sqrt(2) * np.max(history["mean_deviatoric_magnitude_Pa"])  # of the run: what unloads keeps its round-off
     stiff = float(options.get("bulk-modulus", 122e9)) / common.SHEAR  # what round-off of the divergence of v is amplified by
     found = [(abs(last.time / options["duration"] - 1), 1e-9, "time of the last snapshot", "$^", 0),
@@ -272,10 +271,8 @@ def judge(options, reference, folder):
 
 
 def first_internal(folder):
-    with open(folder / "history.csv") as file:
-        names, row = file.readline().strip().split(","), file.readline().strip().split(",")
-    value = dict(zip(names, map(float, row)))
-    return value["smallest_effective_temperature_K"], value["largest_effective_temperature_K"]
+    history = Run(folder).history
+    return history["smallest_effective_temperature_K"][0], history["largest_effective_temperature_K"][0]
 
 
 # --- one point -------------------------------------------------------------------------------------------------------------

@@ -21,9 +21,9 @@ import json
 import re
 
 import common
-import h5py
 import maps
 import numpy as np
+from results import Run
 
 METHODS = ("explicit", "implicit", "midpoint", "quasi-static")
 FORMS = ("velocity", "momentum")
@@ -90,20 +90,15 @@ def bar(cells, across, material, speed, geometry="plane-strain", sticks=False, r
 
 
 class State:
-    """A snapshot, particles in the order of their numbers; SI."""
+    """A snapshot, by default the last; SI."""
 
     def __init__(self, folder, index=-1):
-        with h5py.File(folder / "fields.h5") as file:
-            snapshot = file["snapshots"][sorted(file["snapshots"])[index]]
-            self.id = snapshot["id"][()]
-            order = np.argsort(self.id)
-            read = lambda name: snapshot[name][()][order]
-            self.id = self.id[order]
-            self.time = snapshot.attrs["time_s"]
-            self.position, self.density, self.material = read("position"), read("density"), read("material")
-            self.velocity = np.stack([read("velocity_x"), read("velocity_y")], axis=1)
-            self.xx, self.yy, self.zz, self.xy = (read(f"stress_{name}") for name in ("xx", "yy", "zz", "xy"))
-            self.plastic = read("plastic_strain") if "plastic_strain" in snapshot else np.zeros(self.id.size)
+        snapshot = Run(folder).snapshots[index]
+        self.id, self.time = snapshot["id"], snapshot.time
+        self.position, self.density, self.material = (snapshot[name] for name in ("position", "density", "material"))
+        self.velocity = np.stack([snapshot["velocity_x"], snapshot["velocity_y"]], axis=1)
+        self.xx, self.yy, self.zz, self.xy = (snapshot[f"stress_{name}"] for name in ("xx", "yy", "zz", "xy"))
+        self.plastic = snapshot["plastic_strain"] if "plastic_strain" in snapshot.names else np.zeros(self.id.size)
 
     @property
     def stress(self):
@@ -115,8 +110,7 @@ class State:
 
 
 def states(folder):
-    with h5py.File(folder / "fields.h5") as file:
-        return [State(folder, index) for index in range(len(file["snapshots"]))]
+    return [State(folder, index) for index in range(len(Run(folder).snapshots))]
 
 
 def rms(array):
@@ -146,14 +140,9 @@ def work_of(history, parameters):
     return parts.sum(), np.abs(parts).sum()
 
 
-def columns(folder):
-    """history.csv as arrays, also of one row."""
-    return {name: np.atleast_1d(values) for name, values in common.history(folder).items()}
-
-
 def sound(folder):
     """What holds for every run."""
-    summary, history = common.summary(folder), columns(folder)
+    summary, history = common.summary(folder), Run(folder).history
     parameters = summary["parameters"]
     first, last = State(folder, 0), State(folder)
     found = [Finding(abs(last.time / float(parameters["duration"]) - 1), 1e-9, "time of the end"),
@@ -432,7 +421,7 @@ def against_finer(folder, other):
     key = "mean_stress_xx_Pa"
     if any(re.search(SPACE, warning) for warning in common.summary(other)["warnings"]):
         return []
-    a, b = columns(folder)[key][-1], columns(other)[key][-1]
+    a, b = Run(folder).history[key][-1], Run(other).history[key][-1]
     return [Finding(abs(a - b) / abs(b), 0.35, "mean stress against finer cells", f"{STRESS}|{BESIDE}")]
 
 
@@ -516,7 +505,7 @@ def springs(folder, first, second, layout, strain, shape):
     """Linear functions know where cells end, and so do materials here; the others smear the interface over a cell, of eight."""
     last = State(folder)
     promised = 0.02 if shape == "linear" else 0.3
-    load = abs(columns(folder)["grip_force_y_N"][-1])
+    load = abs(Run(folder).history["grip_force_y_N"][-1])
     if layout == "series":
         stress = strain / (0.5 / first + 0.5 / second)
         found = [Finding(abs(load / (0.4 * stress) - 1), promised, "load against springs", ANY)]

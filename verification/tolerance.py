@@ -9,7 +9,7 @@ Promised is that the error stays below ten times the tolerance.
 """
 
 import common
-import h5py
+from results import Run
 import matplotlib.pyplot as plt
 import numpy as np
 
@@ -39,11 +39,9 @@ def options(scene, scheme, advection, tolerance):
 
 def fields(folder):
     """sigma/s_Y and the internal variable over its scale."""
-    with h5py.File(folder / "fields.h5") as file:
-        last = file["snapshots"][sorted(file["snapshots"])[-1]]
-        sigma = np.stack([last[name][()] for name in ("pressure", "s", "tau", "q")]) / common.YIELD
-        internal = last["effective_temperature"][()] / common.STEADY if "effective_temperature" in last else (
-            last["plastic_strain"][()] / 0.01)
+    last = Run(folder).snapshots[-1]
+    sigma = np.stack([last[name] for name in ("pressure", "s", "tau", "q")]) / common.YIELD
+    internal = last["effective_temperature"] / common.STEADY if "effective_temperature" in last.names else last["plastic_strain"] / 0.01
     return sigma, internal
 
 

@@ -11,6 +11,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import common
+from results import Run
 
 WINDOW, END = 0.8e-3, 9.5e-3  # [m]
 STEPS = (1e-5, 2e-5, 5e-5, 1e-4, 1e-3)
@@ -49,7 +50,7 @@ def main():
 
     def run(name, options):
         folder = common.run(program, arguments.work / name, {"snapshots": 0, **options})
-        return common.summary(folder), common.history(folder)
+        return common.summary(folder), Run(folder).history
 
     explicit = run("explicit", {"method": "explicit", "dt": "auto", "stable-step": "bar", "history-every": 50})
     shorter = {safety: run(f"explicit-{safety}", {"method": "explicit", "dt": "auto", "stable-step": "bar", "safety": safety, "history-every": 50})
