@@ -7,7 +7,9 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <vector>
 
 using namespace ductile;
@@ -77,6 +79,9 @@ TEST_CASE("ParaView finds vectors, tensors and other points; a continued run has
     CHECK(u == std::vector<double>{y[0], stress[0], 0.0, y[1], stress[1], 0.0, y[2], stress[2], 0.0});
     CHECK(std::vector(sigma.begin() + 9, sigma.begin() + 18) ==
           std::vector<double>{x[1], stress[1], 0.0, stress[1], y[1], 0.0, 0.0, 0.0, x[1]});
+    const auto [none_shape, none] = scratch::values_of(folder / "whole.h5", "none/2x3");
+    CHECK(none_shape == std::vector<hsize_t>{2, 3});
+    CHECK(std::ranges::all_of(none, [](double value) { return std::isnan(value); }));
     const Hdf5File file = Hdf5File::open(folder / "fields.h5");
     CHECK(file.members("views/000002") == std::vector<std::string>{"sigma", "u"});
     CHECK(file.text_attribute("views/000002/u", "units") == "m");
@@ -87,6 +92,7 @@ TEST_CASE("ParaView finds vectors, tensors and other points; a continued run has
     CHECK(contains(xdmf, "<Grid Name=\"snapshots/000001\" GridType=\"Collection\" CollectionType=\"Spatial\">"));
     CHECK(contains(xdmf, "<Grid Name=\"ram &lt;1&gt;\" GridType=\"Uniform\">"));
     CHECK_FALSE(contains(xdmf, "Name=\"alone\""));
+    CHECK(contains(xdmf, "Dimensions=\"2 9\" NumberType=\"Float\" Precision=\"8\" Format=\"HDF\">fields.h5:/none/2x9<"));
 }
 
 TEST_CASE("a continued run keeps the snapshots up to its checkpoint") {

@@ -268,6 +268,14 @@ void Hdf5File::write_view(const std::string& name, std::span<const std::string> 
     make_dataset(id_, path_, name, H5T_NATIVE_DOUBLE, space, creation);
 }
 
+void Hdf5File::write_constant(const std::string& name, double value, const std::vector<std::size_t>& shape) {
+    const std::vector<hsize_t> extents(shape.begin(), shape.end());
+    const Id space(H5Screate_simple(static_cast<int>(extents.size()), extents.data(), nullptr), H5Sclose);
+    const Id creation = dataset_creation();
+    H5Pset_fill_value(creation, H5T_NATIVE_DOUBLE, &value);
+    make_dataset(id_, path_, name, H5T_NATIVE_DOUBLE, space, creation);
+}
+
 void Hdf5File::write_bytes(const std::string& name, std::string_view bytes) {
     write_vector(id_, path_, name, H5T_NATIVE_UINT8, bytes.data(), bytes.size());
 }

@@ -10,6 +10,7 @@
 
 #include <cstring>
 #include <fcntl.h>
+#include <limits>
 #include <numeric>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -117,6 +118,12 @@ void SnapshotFile::write_meshes(Hdf5File& file, const StoredSnapshot& snapshot) 
         std::iota(numbers.begin(), numbers.end(), std::int64_t{0});
         if (const std::string path = vertices_path(numbers.size()); !file.contains(path))
             file.write(path, numbers);
+        if (&dataset == &snapshot.datasets.front())
+            continue;
+        for (const std::size_t components : {1, 3, 9})
+            if (const std::string path = no_field_path(numbers.size(), components); !file.contains(path))
+                file.write_constant(path, std::numeric_limits<double>::quiet_NaN(),
+                                    components == 1 ? std::vector{numbers.size()} : std::vector{numbers.size(), components});
     }
 }
 
@@ -156,7 +163,7 @@ void SnapshotFile::append(StoredSnapshot snapshot,
     std::size_t bytes = overhead_bytes;
     for (const SnapshotDataset& dataset : snapshot.datasets)
         bytes += sizeof(double) * dataset.values() + overhead_bytes +
-                 (is_point_set(dataset) ? sizeof(std::int64_t) * dataset.shape.front() : 0);
+                 (is_point_set(dataset) ? sizeof(std::int64_t) * dataset.shape.front() + 4 * overhead_bytes : 0);
     bytes += overhead_bytes * composites_of(snapshot).size();
     reserve(bytes);
     snapshot.group = fmt::format("snapshots/{:06}", snapshots_.size());

@@ -51,4 +51,6 @@ bool is_point_set(const SnapshotDataset& dataset) { return dataset.centring.empt
 
 std::string vertices_path(std::size_t points) { return fmt::format("vertices/{}", points); }
 
+std::string no_field_path(std::size_t points, std::size_t components) { return fmt::format("none/{}x{}", points, components); }
+
 } // namespace ductile::io

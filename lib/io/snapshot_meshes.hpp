@@ -28,4 +28,7 @@ struct CompositeField {
 /// The dataset with the numbers 0, 1, ... of so many points.
 [[nodiscard]] std::string vertices_path(std::size_t points);
 
+/// A field of so many points that have none: NaN.
+[[nodiscard]] std::string no_field_path(std::size_t points, std::size_t components);
+
 } // namespace ductile::io

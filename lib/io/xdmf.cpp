@@ -65,9 +65,18 @@ public:
         for (const CompositeField& field : composites_of(snapshot)) {
             std::vector<std::size_t> shape = field.like->shape;
             shape.push_back(field.parts.size());
-            attribute(field.name, field.parts.size() == 3 ? "Vector" : "Tensor", *field.like,
-                      numbers(shape, view_path(snapshot, field)));
+            attribute(field.name, type_of(field), *field.like, numbers(shape, view_path(snapshot, field)));
         }
+    }
+
+    /// The same fields of points that have none.
+    void no_fields(const StoredSnapshot& snapshot, std::size_t points) {
+        for (const SnapshotDataset& field : snapshot.datasets)
+            if (!is_point_set(field))
+                attribute(field.name, "Scalar", field, numbers({points}, no_field_path(points, 1)));
+        for (const CompositeField& field : composites_of(snapshot))
+            attribute(field.name, type_of(field), *field.like,
+                      numbers({points, field.parts.size()}, no_field_path(points, field.parts.size())));
     }
 
     [[nodiscard]] std::string text() const {
@@ -79,6 +88,7 @@ public:
     }
 
 private:
+    static const char* type_of(const CompositeField& field) { return field.parts.size() == 3 ? "Vector" : "Tensor"; }
     [[nodiscard]] std::string item(const std::string& dimensions, const char* type, const std::string& dataset) const {
         return fmt::format(R"(<DataItem Dimensions="{}" NumberType="{}" Precision="8" Format="HDF">{}:/{}</DataItem>)",
                            dimensions, type, file_, escaped(dataset));
@@ -125,6 +135,8 @@ std::string xdmf_of_points(const std::string& hdf5_file, std::span<const StoredS
                               writer.numbers(places.shape, snapshot.group + "/" + places.name));
             if (has_fields)
                 writer.fields(snapshot);
+            else
+                writer.no_fields(snapshot, points);
             writer.end_mesh();
         }
         writer.end_snapshot();

@@ -6,7 +6,9 @@
 //     order, and of a structured one XDMFReader cannot read vectors at corners;
 //   - points with a topology that lists them: without it Xdmf3ReaderS makes no cells, and shows nothing;
 //   - vectors of three and tensors of nine components: Xdmf3ReaderS leaves two components two, which glyphs do not take, and the
-//     readers disagree about the order of six.
+//     readers disagree about the order of six;
+//   - meshes beside each other as a spatial collection with the same fields: Xdmf3ReaderS takes them for pieces of one thing, and
+//     leaves out what one of them lacks; of a tree it makes nothing.
 #include <ductile/io/snapshot_index.hpp>
 
 #include <cstddef>
@@ -21,7 +23,7 @@ namespace ductile::io {
                                         std::span<const StoredSnapshot> snapshots);
 
 /// The same of snapshots of points. The first dataset of a snapshot is the place of those that all fields belong to; other places
-/// are meshes of their own.
+/// are meshes of their own, whose fields are NaN.
 [[nodiscard]] std::string xdmf_of_points(const std::string& hdf5_file, std::span<const StoredSnapshot> snapshots);
 
 } // namespace ductile::io
