@@ -62,7 +62,9 @@ TEST_CASE("ParaView finds vectors, tensors and other points; a continued run has
                             ParticleField{"sigma_xx", "Pa", x},   ParticleField{"sigma_yy", "Pa", y},
                             ParticleField{"sigma_zz", "Pa", x},   ParticleField{"sigma_xy", "Pa", stress},
                             ParticleField{"alone_x", "1", stress}};
-    const std::array others{PointSet{"ram <1>", std::span(x).first(2), std::span(y).first(2)}};
+    const std::array others{PointSet{"ram <1>", std::span(x).first(2), std::span(y).first(2)},
+                            PointSet{"die_x", std::span(x).first(1), std::span(y).first(1)},
+                            PointSet{"die_y", std::span(x).first(1), std::span(y).first(1)}}; // not a vector
     const auto run = [&](const char* name, int first, int last, const std::optional<EarlierSnapshots>& earlier = {}) {
         ParticleSnapshotWriter writer(folder / name, "upsetting", earlier);
         for (int k = first; k < last; ++k)

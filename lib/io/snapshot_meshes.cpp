@@ -23,7 +23,7 @@ std::vector<CompositeField> composites_of(const StoredSnapshot& snapshot) {
         return found == snapshot.datasets.end() ? nullptr : &*found;
     };
     const auto add = [&](const SnapshotDataset& first, std::span<const std::string_view> endings) {
-        if (!first.name.ends_with(endings.front()))
+        if (is_point_set(first) || !first.name.ends_with(endings.front()))
             return;
         CompositeField field{.name = first.name.substr(0, first.name.size() - endings.front().size()), .like = &first};
         for (const std::string_view ending : endings) {

@@ -20,7 +20,7 @@ struct CompositeField {
 /// tensor.
 [[nodiscard]] std::vector<CompositeField> composites_of(const StoredSnapshot& snapshot);
 
-/// Where it lies in the file: a view, without values of its own.
+/// Where it lies in the file: a view, without values of its own. Programs with HDF5 1.8 cannot read it, but all else.
 [[nodiscard]] std::string view_path(const StoredSnapshot& snapshot, const CompositeField& field);
 
 /// Whether a dataset holds places (x, y), a row each, of points.
