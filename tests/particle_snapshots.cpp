@@ -70,6 +70,13 @@ TEST_CASE("ParaView finds vectors, tensors and other points; a continued run has
         for (int k = first; k < last; ++k)
             writer.write(k, k, x, y, fields, others);
     };
+    { // before there were other points
+        ParticleSnapshotWriter writer(folder / "old.h5", "upsetting");
+        writer.write(0.0, 0, x, y, fields);
+    }
+    run("old.h5", 1, 2, EarlierSnapshots{folder / "old.h5", 0.5, 1});
+    CHECK(contains(scratch::read(folder / "old.xdmf"),
+                   "<Grid Name=\"snapshots/000000\" GridType=\"Collection\" CollectionType=\"Spatial\">"));
     run("whole.h5", 0, 3);
     run("fields.h5", 0, 2);
     run("fields.h5", 1, 3, EarlierSnapshots{folder / "fields.h5", 0.5, 1});

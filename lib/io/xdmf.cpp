@@ -31,10 +31,10 @@ std::string escaped(const std::string& text) {
 /// Writes the description of one file.
 class Writer {
 public:
-    explicit Writer(const std::string& hdf5_file) : file_(escaped(hdf5_file)) {}
+    /// `several`: a snapshot may have more than one mesh. XDMFReader wants all snapshots to be alike in that.
+    Writer(const std::string& hdf5_file, bool several) : file_(escaped(hdf5_file)), several_(several) {}
 
-    void begin_snapshot(const StoredSnapshot& snapshot, std::size_t meshes) {
-        several_ = meshes > 1;
+    void begin_snapshot(const StoredSnapshot& snapshot) {
         const std::string time = fmt::format("<Time Value=\"{}\"/>", snapshot.time_s);
         if (several_)
             text_ += fmt::format("      <Grid Name=\"{}\" GridType=\"Collection\" CollectionType=\"Spatial\">\n        {}\n",
@@ -100,16 +100,16 @@ private:
     }
 
     std::string file_, text_, time_;
-    bool several_ = false;
+    bool several_;
 };
 
 } // namespace
 
 std::string xdmf_of_cells(const std::string& hdf5_file, int cells_x, int cells_y, std::span<const StoredSnapshot> snapshots) {
-    Writer writer(hdf5_file);
+    Writer writer(hdf5_file, false);
     const std::size_t columns = static_cast<std::size_t>(cells_x), rows = static_cast<std::size_t>(cells_y);
     for (const StoredSnapshot& snapshot : snapshots) {
-        writer.begin_snapshot(snapshot, 1);
+        writer.begin_snapshot(snapshot);
         writer.begin_mesh(snapshot.group, fmt::format("TopologyType=\"Quadrilateral\" NumberOfElements=\"{}\"", rows * columns),
                           writer.integers(4 * rows * columns, "grid/corners_of_cells"),
                           writer.numbers({(rows + 1) * (columns + 1), 2}, "grid/corners"));
@@ -121,9 +121,11 @@ std::string xdmf_of_cells(const std::string& hdf5_file, int cells_x, int cells_y
 }
 
 std::string xdmf_of_points(const std::string& hdf5_file, std::span<const StoredSnapshot> snapshots) {
-    Writer writer(hdf5_file);
+    Writer writer(hdf5_file, std::ranges::any_of(snapshots, [](const StoredSnapshot& snapshot) {
+                      return std::ranges::count_if(snapshot.datasets, is_point_set) > 1;
+                  }));
     for (const StoredSnapshot& snapshot : snapshots) {
-        writer.begin_snapshot(snapshot, static_cast<std::size_t>(std::ranges::count_if(snapshot.datasets, is_point_set)));
+        writer.begin_snapshot(snapshot);
         for (const SnapshotDataset& places : snapshot.datasets) {
             if (!is_point_set(places))
                 continue;
