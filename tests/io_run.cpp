@@ -61,7 +61,7 @@ void check_xdmf(const fs::path& path, std::size_t snapshots) {
             extents.append(extents.empty() ? "" : " ").append(std::to_string(extent));
         CHECK(extents == (*match)[1].str());
     }
-    CHECK(found == 4 * snapshots); // two coordinates and two fields each
+    CHECK(found == 4 * snapshots); // corners, cells and two fields each
 }
 
 } // namespace
@@ -88,6 +88,11 @@ TEST_CASE("snapshots hold the grid and the numbers in SI units, and ParaView fin
     CHECK(file.read_doubles("grid/x_corner") == std::vector{-1.0, -0.5, 0.0, 0.5, 1.0});
     CHECK(file.read_doubles("grid/y_centre") == std::vector{-0.5, 0.0, 0.5});
     CHECK(file.integer_attribute("grid", "cells_x") == 4);
+    const std::vector<double> corners = read_array(file, "grid/corners", 20, 2);
+    CHECK(std::vector(corners.begin() + 10, corners.begin() + 14) == std::vector{-1.0, -0.25, -0.5, -0.25}); // the second row
+    const std::vector<std::int64_t> cells = file.read_integers("grid/corners_of_cells");
+    REQUIRE(cells.size() == 4 * 12);
+    CHECK(std::vector(cells.begin() + 20, cells.begin() + 24) == std::vector<std::int64_t>{6, 7, 12, 11}); // of cell (1, 1)
     CHECK(file.double_attribute("snapshots/000001", "time_s") == 1.0);
     CHECK(file.integer_attribute("snapshots/000001", "step") == 10);
     CHECK(file.text_attribute("snapshots/000001/velocity", "centring") == "corner");

@@ -78,7 +78,7 @@ Result result_in(const fs::path& folder, const std::string& program) {
     const Hdf5File fields = Hdf5File::open(folder / "fields.h5");
     for (const std::string& snapshot : fields.members("snapshots"))
         for (const std::string& name : fields.members("snapshots/" + snapshot))
-            if (name != "position")
+            if (fields.shape("snapshots/" + snapshot + "/" + name).size() == 1)
                 result.vectors[snapshot + name] = fields.read_doubles("snapshots/" + snapshot + "/" + name);
     return result;
 }

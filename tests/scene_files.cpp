@@ -296,6 +296,7 @@ TEST_CASE("what is wrong with a scene file is said with file and line, and what 
              {"name = \"load_N\"", "name = \"platen_force_y_N\"", "has the name of another column of history.csv"},
              {"name = \"platen\"", "name = \"platen, upper\"",
               "rigid bodies are called 'platen, upper': no name may have a comma"},
+             {"name = \"platen\"", "name = \"up/platen\"", "a rigid body is called 'up/platen': its name must not have a slash"},
              {"velocity = [0, -1]", "velocity = [0, -1e300]", "the rigid body 'platen' would cross 1e+300 cells"},
              {"[[observables]]", "[curve]\nx = \"time_s\"\ny = \"load\"\n[[observables]]",
               "[curve]: there is no column 'load' in history.csv; did you mean load_N?"},

@@ -173,6 +173,8 @@ void check_files(const fs::path& folder, const Loading& load, const std::string&
             energy += 0.5 * (p * p / 122e9 + magnitude.back() * magnitude.back() / 37.4e9) * width * height / (cells_x * cells_y);
             plastic += magnitude.back() >= yield_stress + hardening * s.fields.at(internal)[c] ? 1.0 : 0.0;
             CHECK(s.fields.at("deviatoric_magnitude")[c] == doctest::Approx(magnitude.back()).epsilon(1e-13));
+            CHECK(s.fields.at("von_mises_stress")[c] == doctest::Approx(std::sqrt(3.0) * magnitude.back()).epsilon(1e-13));
+            CHECK(s.fields.at("stress_yy")[c] == doctest::Approx(yy.back()).scale(1e9).epsilon(1e-14));
         }
         const auto near = [](double expected) { return doctest::Approx(expected).epsilon(1e-11).scale(1.0); };
         CHECK(column("wall_shear_traction_Pa") == near(mean(s.fields.at("tau"))));

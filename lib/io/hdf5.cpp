@@ -46,12 +46,17 @@ hid_t open_file(const std::filesystem::path& path, bool for_append) {
     fail_to_read(path, "cannot open this HDF5 file, it may be truncated or damaged");
 }
 
+Id dataset_creation() {
+    const hid_t creation = H5Pcreate(H5P_DATASET_CREATE);
+    H5Pset_obj_track_times(creation, false); // the same content gives the same bytes
+    return {creation, H5Pclose};
+}
+
 /// A new dataset in `file`; groups on the way are made.
-Id make_dataset(hid_t file, const std::filesystem::path& path, const std::string& name, hid_t type, hid_t space) {
+Id make_dataset(hid_t file, const std::filesystem::path& path, const std::string& name, hid_t type, hid_t space,
+                const Id& creation = dataset_creation()) {
     const Id links(H5Pcreate(H5P_LINK_CREATE), H5Pclose);
     H5Pset_create_intermediate_group(links, 1);
-    const Id creation(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
-    H5Pset_obj_track_times(creation, false); // the same content gives the same bytes
     const hid_t id = H5Dcreate2(file, name.c_str(), type, space, links, creation, H5P_DEFAULT);
     if (id < 0)
         fail_to_write(path, name);
@@ -241,6 +246,34 @@ void Hdf5File::write(const std::string& name, std::span<const double> values) {
 
 void Hdf5File::write(const std::string& name, std::span<const std::int64_t> values) {
     write_vector(id_, path_, name, H5T_NATIVE_INT64, values.data(), values.size());
+}
+
+void Hdf5File::write_view(const std::string& name, std::span<const std::string> parts, const std::vector<std::size_t>& shape) {
+    const std::vector<hsize_t> part_extents(shape.begin(), shape.end());
+    std::vector<hsize_t> extents = part_extents, start(shape.size() + 1, 0), count = part_extents;
+    extents.push_back(parts.size());
+    count.push_back(1);
+    const Id part_space(H5Screate_simple(static_cast<int>(shape.size()), part_extents.data(), nullptr), H5Sclose);
+    const Id space(H5Screate_simple(static_cast<int>(extents.size()), extents.data(), nullptr), H5Sclose);
+    const Id creation = dataset_creation();
+    for (std::size_t c = 0; c < parts.size(); ++c) {
+        if (parts[c].empty())
+            continue;
+        start.back() = c;
+        H5Sselect_hyperslab(space, H5S_SELECT_SET, start.data(), nullptr, count.data(), nullptr);
+        if (H5Pset_virtual(creation, space, ".", ("/" + parts[c]).c_str(), part_space) < 0)
+            fail_to_write(path_, name);
+    }
+    H5Sselect_all(space);
+    make_dataset(id_, path_, name, H5T_NATIVE_DOUBLE, space, creation);
+}
+
+void Hdf5File::write_constant(const std::string& name, double value, const std::vector<std::size_t>& shape) {
+    const std::vector<hsize_t> extents(shape.begin(), shape.end());
+    const Id space(H5Screate_simple(static_cast<int>(extents.size()), extents.data(), nullptr), H5Sclose);
+    const Id creation = dataset_creation();
+    H5Pset_fill_value(creation, H5T_NATIVE_DOUBLE, &value);
+    make_dataset(id_, path_, name, H5T_NATIVE_DOUBLE, space, creation);
 }
 
 void Hdf5File::write_bytes(const std::string& name, std::string_view bytes) {

@@ -2,6 +2,7 @@
 #include <ductile/io/atomic_file.hpp>
 #include <ductile/io/checksum.hpp>
 #include <ductile/io/snapshot_file.hpp>
+#include <ductile/io/snapshot_meshes.hpp>
 #include <ductile/io/text.hpp>
 #include <ductile/io/version.hpp>
 
@@ -9,6 +10,8 @@
 
 #include <cstring>
 #include <fcntl.h>
+#include <limits>
+#include <numeric>
 #include <sys/stat.h>
 #include <unistd.h>
 #include <utility>
@@ -98,6 +101,32 @@ void SnapshotFile::take_over(const EarlierSnapshots& earlier) {
                                final_.string(), snapshots_.size());
 }
 
+/// What pictures are made of beside the values.
+void SnapshotFile::write_meshes(Hdf5File& file, const StoredSnapshot& snapshot) {
+    for (const CompositeField& field : composites_of(snapshot)) {
+        std::vector<std::string> parts;
+        for (const std::string& part : field.parts)
+            parts.push_back(part.empty() ? part : snapshot.group + "/" + part);
+        const std::string path = view_path(snapshot, field);
+        file.write_view(path, parts, field.like->shape);
+        file.set_attribute(path, "units", field.like->units);
+    }
+    for (const SnapshotDataset& dataset : snapshot.datasets) {
+        if (!is_point_set(dataset))
+            continue;
+        std::vector<std::int64_t> numbers(dataset.shape.front());
+        std::iota(numbers.begin(), numbers.end(), std::int64_t{0});
+        if (const std::string path = vertices_path(numbers.size()); !file.contains(path))
+            file.write(path, numbers);
+        if (&dataset == &snapshot.datasets.front())
+            continue;
+        for (const std::size_t components : {1, 3, 9})
+            if (const std::string path = no_field_path(numbers.size(), components); !file.contains(path))
+                file.write_constant(path, std::numeric_limits<double>::quiet_NaN(),
+                                    components == 1 ? std::vector{numbers.size()} : std::vector{numbers.size(), components});
+    }
+}
+
 /// Takes the space of the next snapshot from the disk before HDF5 touches the file, so that a full disk cannot damage it.
 void SnapshotFile::reserve(std::size_t bytes) const {
     const int file = ::open(path_.c_str(), O_WRONLY | O_CLOEXEC);
@@ -133,7 +162,9 @@ void SnapshotFile::append(StoredSnapshot snapshot,
                           const std::function<void(Hdf5File& file, const std::string& path, std::size_t dataset)>& write) {
     std::size_t bytes = overhead_bytes;
     for (const SnapshotDataset& dataset : snapshot.datasets)
-        bytes += sizeof(double) * dataset.values() + overhead_bytes;
+        bytes += sizeof(double) * dataset.values() + overhead_bytes +
+                 (is_point_set(dataset) ? sizeof(std::int64_t) * dataset.shape.front() + 4 * overhead_bytes : 0);
+    bytes += overhead_bytes * composites_of(snapshot).size();
     reserve(bytes);
     snapshot.group = fmt::format("snapshots/{:06}", snapshots_.size());
     Hdf5File file = Hdf5File::open_for_append(path_);
@@ -148,6 +179,7 @@ void SnapshotFile::append(StoredSnapshot snapshot,
         if (!dataset.centring.empty())
             file.set_attribute(path, "centring", dataset.centring);
     }
+    write_meshes(file, snapshot);
     file.flush();
     for (SnapshotDataset& dataset : snapshot.datasets) {
         dataset.offset = file.byte_offset(snapshot.group + "/" + dataset.name);

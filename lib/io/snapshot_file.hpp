@@ -14,7 +14,8 @@
 namespace ductile::io {
 
 /// An HDF5 file of snapshots (groups snapshots/NNNNNN with the attributes time_s and step, and their index, see
-/// snapshot_index.hpp) and the XDMF file beside it.
+/// snapshot_index.hpp), views/NNNNNN with their vectors and tensors, vertices and none with what draws points (see
+/// snapshot_meshes.hpp), and the XDMF file beside it.
 ///
 /// While running the file has the ending .partial; it is complete and closed between two snapshots, so that others may read it
 /// and a killed run leaves it behind. finish() gives it its final name.
@@ -55,6 +56,7 @@ private:
     void append(StoredSnapshot snapshot,
                 const std::function<void(Hdf5File& file, const std::string& path, std::size_t dataset)>& write);
     void add_record(Hdf5File& file, const std::string& record);
+    static void write_meshes(Hdf5File& file, const StoredSnapshot& snapshot);
     void reserve(std::size_t bytes) const;
     void describe() const;
 

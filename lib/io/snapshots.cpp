@@ -20,9 +20,27 @@ std::vector<double> line(int cells, double begin, double length, double shift) {
     return points;
 }
 
+/// The grid as a mesh of quadrilaterals: the places of its corners, row by row, and of each cell its corners, anticlockwise.
+void write_mesh(Hdf5File& file, const std::vector<double>& x, const std::vector<double>& y) {
+    std::vector<double> corners;
+    std::vector<std::int64_t> corners_of_cells;
+    const auto columns = static_cast<std::int64_t>(x.size()), rows = static_cast<std::int64_t>(y.size());
+    for (std::int64_t j = 0; j < rows; ++j)
+        for (std::int64_t i = 0; i < columns; ++i) {
+            corners.insert(corners.end(), {x[static_cast<std::size_t>(i)], y[static_cast<std::size_t>(j)]});
+            if (const std::int64_t first = j * columns + i; i + 1 < columns && j + 1 < rows)
+                corners_of_cells.insert(corners_of_cells.end(), {first, first + 1, first + columns + 1, first + columns});
+        }
+    file.write("grid/corners", ArrayView{corners.data(), static_cast<int>(columns * rows), 2, 2});
+    file.write("grid/corners_of_cells", corners_of_cells);
+}
+
 void write_head(Hdf5File& file, const SnapshotGrid& grid) {
-    file.write("grid/x_corner", line(grid.cells_x, grid.left_m, grid.width_m, 0.0));
-    file.write("grid/y_corner", line(grid.cells_y, grid.bottom_m, grid.height_m, 0.0));
+    const std::vector<double> x = line(grid.cells_x, grid.left_m, grid.width_m, 0.0),
+                              y = line(grid.cells_y, grid.bottom_m, grid.height_m, 0.0);
+    file.write("grid/x_corner", x);
+    file.write("grid/y_corner", y);
+    write_mesh(file, x, y);
     file.write("grid/x_centre", line(grid.cells_x, grid.left_m, grid.width_m, 0.5));
     file.write("grid/y_centre", line(grid.cells_y, grid.bottom_m, grid.height_m, 0.5));
     file.set_attribute("grid", "cells_x", std::int64_t{grid.cells_x});
@@ -43,16 +61,6 @@ bool needs_periodic_column(const SnapshotField& field, const SnapshotGrid& grid)
         throw RunError(fmt::format("snapshot field '{}' has {} x {} values, which does not fit {} x {} cells", field.name,
                                    field.values.rows, field.values.columns, grid.cells_y, grid.cells_x));
     return periodic;
-}
-
-std::string xdmf(const std::string& hdf5_file, const SnapshotGrid& grid, std::span<const StoredSnapshot> stored) {
-    std::vector<XdmfSnapshot> snapshots;
-    for (const StoredSnapshot& snapshot : stored) {
-        snapshots.push_back({.group = snapshot.group, .time_s = snapshot.time_s});
-        for (const SnapshotDataset& field : snapshot.datasets)
-            snapshots.back().fields.push_back({field.name, field.units, field.centring == "cell"});
-    }
-    return xdmf_text(hdf5_file, grid.cells_x, grid.cells_y, snapshots);
 }
 
 } // namespace
@@ -85,8 +93,10 @@ SnapshotWriter::SnapshotWriter(std::filesystem::path fields, const std::string& 
           SnapshotFile::Kind{.format = "ductile fields 1",
                              .grid = words(grid),
                              .write_head = [grid](Hdf5File& file) { write_head(file, grid); },
-                             .xdmf = [grid](const std::string& hdf5_file,
-                                            std::span<const StoredSnapshot> stored) { return xdmf(hdf5_file, grid, stored); }})),
+                             .xdmf =
+                                 [grid](const std::string& hdf5_file, std::span<const StoredSnapshot> stored) {
+                                     return xdmf_of_cells(hdf5_file, grid.cells_x, grid.cells_y, stored);
+                                 }})),
       grid_(grid) {}
 
 void SnapshotWriter::write(double time_s, std::int64_t step, std::span<const SnapshotField> fields) {

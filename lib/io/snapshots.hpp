@@ -1,7 +1,6 @@
 #pragma once
 #include <ductile/io/array_view.hpp>
 #include <ductile/io/hdf5.hpp>
-#include <ductile/io/xdmf.hpp>
 
 #include <cstdint>
 #include <filesystem>

@@ -1,4 +1,5 @@
 #include <ductile/base/error.hpp>
+#include <ductile/material/symmetric_tensor.hpp>
 #include <ductile/mpm/diagnostics.hpp>
 #include <ductile/mpm/output.hpp>
 
@@ -38,6 +39,29 @@ std::vector<double> values_of(const InternalVariable& variable, const Scene& sce
             values[p] = particles.internal[place[m]][p];
     }
     return values;
+}
+
+/// What a snapshot holds beside the particles' own numbers.
+struct Derived {
+    std::vector<double> displacement_x = {}, displacement_y = {}, pressure = {}, von_mises = {}, volume = {};
+};
+
+Derived derive(const Grid& grid, const Particles& start, const Particles& now) {
+    std::vector<std::size_t> place(start.size()); // at the start, by number
+    for (std::size_t p = 0; p < start.size(); ++p)
+        place[static_cast<std::size_t>(start.id[p])] = p;
+    Derived derived;
+    for (std::size_t p = 0; p < now.size(); ++p) {
+        const std::size_t first = place[static_cast<std::size_t>(now.id[p])];
+        const double dx = now.x[p] - start.x[first];
+        derived.displacement_x.push_back(grid.periodic() ? std::remainder(dx, grid.width) : dx);
+        derived.displacement_y.push_back(now.y[p] - start.y[first]);
+        const SymmetricTensor stress{now.stress_xx[p], now.stress_yy[p], now.stress_zz[p], now.stress_xy[p]};
+        derived.pressure.push_back(-trace(stress) / 3.0);
+        derived.von_mises.push_back(equivalent_stress(stress));
+        derived.volume.push_back(now.mass[p] / now.density[p]);
+    }
+    return derived;
 }
 
 /// NaN if there is none.
@@ -111,19 +135,25 @@ void append_row(const Problem& problem, const Observation& seen, const LastStep&
         row.push_back(observable.value(seen));
 }
 
-void write_snapshot(const Scene& scene, const State& state, io::ParticleSnapshotWriter& snapshots) {
+void write_snapshot(const Scene& scene, const Particles& start, const State& state, io::ParticleSnapshotWriter& snapshots) {
     const Particles& p = state.particles;
+    const Derived derived = derive(scene.grid, start, p);
     const auto numbers = [](const aligned_vector<std::int64_t>& integers) {
         return std::vector<double>(integers.begin(), integers.end());
     };
     const std::vector<double> id = numbers(p.id), material = numbers(p.material);
     std::vector fields{io::ParticleField{"velocity_x", "m/s", p.velocity_x},
                        io::ParticleField{"velocity_y", "m/s", p.velocity_y},
+                       io::ParticleField{"displacement_x", "m", derived.displacement_x},
+                       io::ParticleField{"displacement_y", "m", derived.displacement_y},
                        io::ParticleField{"stress_xx", "Pa", p.stress_xx},
                        io::ParticleField{"stress_yy", "Pa", p.stress_yy},
                        io::ParticleField{"stress_zz", "Pa", p.stress_zz},
                        io::ParticleField{"stress_xy", "Pa", p.stress_xy},
+                       io::ParticleField{"pressure", "Pa", derived.pressure},
+                       io::ParticleField{"von_mises_stress", "Pa", derived.von_mises},
                        io::ParticleField{"density", "kg/m^3", p.density},
+                       io::ParticleField{"volume", "m^3", derived.volume},
                        io::ParticleField{"temperature_rise", "K", p.temperature},
                        io::ParticleField{"id", "1", id},
                        io::ParticleField{"material", "1", material}};
@@ -133,7 +163,10 @@ void write_snapshot(const Scene& scene, const State& state, io::ParticleSnapshot
         internal.push_back(values_of(variable, scene, p));
     for (std::size_t k = 0; k < variables.size(); ++k)
         fields.push_back({std::string(variables[k].name), std::string(variables[k].unit), internal[k]});
-    snapshots.write(state.time, state.step, p.x, p.y, fields);
+    std::vector<io::PointSet> rigid;
+    for (const RigidBody& body : state.rigid_bodies)
+        rigid.push_back({fmt::format("rigid_body_{}", body.name), body.x, body.y});
+    snapshots.write(state.time, state.step, p.x, p.y, fields, rigid);
 }
 
 } // namespace ductile::mpm

@@ -26,6 +26,8 @@ struct LastStep {
 void append_row(const Problem& problem, const Observation& seen, const LastStep& last, const Ledger& ledger,
                 std::vector<double>& row);
 
-void write_snapshot(const Scene& scene, const State& state, io::ParticleSnapshotWriter& snapshots);
+/// Writes the particles of a state, and what follows from them, and the points of its rigid bodies. Displacements are those from
+/// `start`, along x on a periodic grid the shortest that lead to the same place. Volumes are of a metre of thickness or a radian.
+void write_snapshot(const Scene& scene, const Particles& start, const State& state, io::ParticleSnapshotWriter& snapshots);
 
 } // namespace ductile::mpm

@@ -167,7 +167,9 @@ public:
                                                         {"cells_y", grid.cells_y}});
     }
 
-    void snapshot(double) override { write_snapshot(problem_.scene, within_ ? within_->state : state_, *snapshots_); }
+    void snapshot(double) override {
+        write_snapshot(problem_.scene, problem_.start.particles, within_ ? within_->state : state_, *snapshots_);
+    }
 
     void describe(io::Checkpoint& content) override {
         mpm::describe(state_, control_, tally_, content);

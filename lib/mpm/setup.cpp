@@ -286,6 +286,10 @@ Problem make_problem(const Setup& setup, const Options& options) {
     for (const Setup::Deformable& body : setup.bodies)
         add(problem, setup, body, options);
     for (const Setup::Rigid& rigid : setup.rigid_bodies) {
+        if (rigid.name.find('/') != std::string::npos)
+            throw InputError(fmt::format("a rigid body is called '{}': its name must not have a slash, which separates groups of "
+                                         "fields.h5",
+                                         rigid.name));
         RigidBody body = make_rigid_body(rigid.name, rigid.shape,
                                          rigid.particles_per_side > 0 ? rigid.particles_per_side : options.particles_per_side,
                                          problem.scene.grid);

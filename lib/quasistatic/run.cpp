@@ -2,10 +2,10 @@
 #include <ductile/io/interrupt.hpp>
 #include <ductile/quasistatic/accuracy_watch.hpp>
 #include <ductile/quasistatic/checkpoint.hpp>
+#include <ductile/quasistatic/output.hpp>
 #include <ductile/quasistatic/projection.hpp>
 #include <ductile/quasistatic/run.hpp>
 #include <ductile/run/loop.hpp>
-#include <ductile/space/field_view.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -140,29 +140,7 @@ public:
             io::SnapshotConstants{{"time_unit_s", scene_.units.time}, {"yield_stress_Pa", scene_.units.stress}});
     }
 
-    void snapshot(double time_s) override {
-        const Units& u = scene_.units;
-        const CellState& cells = shown().cells;
-        Field magnitude(scene_.grid.cells_y, scene_.grid.cells_x);
-        for (int j = 0; j < magnitude.rows(); ++j)
-            for (int i = 0; i < magnitude.columns(); ++i) {
-                const double s = cells.stress.s(i, j), tau = cells.stress.tau(i, j), q = cells.stress.q(i, j);
-                magnitude(i, j) = std::sqrt(s * s + tau * tau + 3.0 * q * q);
-            }
-        using enum io::Centring;
-        std::vector fields{io::SnapshotField{"pressure", "Pa", cell, view(cells.stress.p), u.stress},
-                           io::SnapshotField{"s", "Pa", cell, view(cells.stress.s), u.stress},
-                           io::SnapshotField{"tau", "Pa", cell, view(cells.stress.tau), u.stress},
-                           io::SnapshotField{"q", "Pa", cell, view(cells.stress.q), u.stress},
-                           io::SnapshotField{"deviatoric_magnitude", "Pa", cell, view(magnitude), u.stress},
-                           io::SnapshotField{"velocity_x", "m/s", corner, view(shown().velocity.u), u.velocity()},
-                           io::SnapshotField{"velocity_y", "m/s", corner, view(shown().velocity.v), u.velocity()}};
-        const auto variables = scene_.law->variables();
-        for (std::size_t k = 0; k < variables.size(); ++k)
-            fields.push_back({std::string(variables[k].name), std::string(variables[k].unit), cell, view(cells.internal[k]),
-                              variables[k].natural_unit});
-        snapshots_->write(time_s, state_.step, fields);
-    }
+    void snapshot(double time_s) override { write_snapshot(scene_, space_, shown(), time_s, state_.step, *snapshots_); }
 
     void describe(io::Checkpoint& content) override {
         content.scalars = {{"last_dt", last_dt_}, {"last_measure", last_measure_}};
@@ -229,7 +207,7 @@ private:
     State& state_;
     TimeStepper& stepper_;
     StepControl& control_;
-    const Space& space_;
+    Space& space_;
     AccuracyWatch watch_;
     VectorField force_; // room for the residual of equilibrium
     std::optional<io::SnapshotWriter> snapshots_;

@@ -1,0 +1,86 @@
+#include <ductile/quasistatic/output.hpp>
+#include <ductile/space/field_view.hpp>
+
+#include <cmath>
+#include <numbers>
+#include <string>
+#include <vector>
+
+namespace ductile::quasistatic {
+
+namespace {
+
+/// sbar
+double magnitude_of(const StressField& stress, int i, int j) {
+    const double s = stress.s(i, j), tau = stress.tau(i, j), q = stress.q(i, j);
+    return std::sqrt(s * s + tau * tau + 3.0 * q * q);
+}
+
+/// What a snapshot holds beside the state, at cells.
+struct Derived {
+    explicit Derived(const Grid& grid) {
+        for (Field* field : {&magnitude, &von_mises, &xx, &yy, &zz, &plastic_rate, &velocity_x, &velocity_y})
+            *field = Field(grid.cells_y, grid.cells_x);
+    }
+
+    Field magnitude, von_mises, xx, yy, zz, plastic_rate, velocity_x, velocity_y;
+};
+
+/// Of the corners of a cell.
+double mean_of_corners(const Field& corners, int i, int j) {
+    const int right = (i + 1) % corners.columns();
+    return 0.25 * (corners(i, j) + corners(right, j) + corners(i, j + 1) + corners(right, j + 1));
+}
+
+Derived derive(const Scene& scene, Space& space, const State& state) {
+    Derived derived(scene.grid);
+    const StressField& stress = state.cells.stress;
+    CellState rate = space.make_cells();
+    space.plastic_rate(state.cells, rate);
+    const double two_mu = 2.0 * scene.law->elasticity().shear_modulus;
+    for (int j = 0; j < scene.grid.cells_y; ++j)
+        for (int i = 0; i < scene.grid.cells_x; ++i) {
+            const double p = stress.p(i, j), s = stress.s(i, j), q = stress.q(i, j);
+            derived.magnitude(i, j) = magnitude_of(stress, i, j);
+            derived.von_mises(i, j) = std::numbers::sqrt3 * derived.magnitude(i, j);
+            derived.xx(i, j) = -p + s - q;
+            derived.yy(i, j) = -p - s - q;
+            derived.zz(i, j) = -p + 2.0 * q;
+            derived.plastic_rate(i, j) = 2.0 * std::numbers::inv_sqrt3 * magnitude_of(rate.stress, i, j) / two_mu;
+            derived.velocity_x(i, j) = mean_of_corners(state.velocity.u, i, j);
+            derived.velocity_y(i, j) = mean_of_corners(state.velocity.v, i, j);
+        }
+    return derived;
+}
+
+} // namespace
+
+void write_snapshot(const Scene& scene, Space& space, const State& state, double time_s, std::int64_t step,
+                    io::SnapshotWriter& snapshots) {
+    using enum io::Centring;
+    const Units& u = scene.units;
+    const CellState& cells = state.cells;
+    const Derived derived = derive(scene, space, state);
+    std::vector fields{io::SnapshotField{"pressure", "Pa", cell, view(cells.stress.p), u.stress},
+                       io::SnapshotField{"s", "Pa", cell, view(cells.stress.s), u.stress},
+                       io::SnapshotField{"tau", "Pa", cell, view(cells.stress.tau), u.stress},
+                       io::SnapshotField{"q", "Pa", cell, view(cells.stress.q), u.stress},
+                       io::SnapshotField{"deviatoric_magnitude", "Pa", cell, view(derived.magnitude), u.stress},
+                       io::SnapshotField{"von_mises_stress", "Pa", cell, view(derived.von_mises), u.stress},
+                       io::SnapshotField{"stress_xx", "Pa", cell, view(derived.xx), u.stress},
+                       io::SnapshotField{"stress_yy", "Pa", cell, view(derived.yy), u.stress},
+                       io::SnapshotField{"stress_zz", "Pa", cell, view(derived.zz), u.stress},
+                       io::SnapshotField{"stress_xy", "Pa", cell, view(cells.stress.tau), u.stress},
+                       io::SnapshotField{"plastic_strain_rate", "1/s", cell, view(derived.plastic_rate), 1.0 / u.time},
+                       io::SnapshotField{"velocity_x", "m/s", corner, view(state.velocity.u), u.velocity()},
+                       io::SnapshotField{"velocity_y", "m/s", corner, view(state.velocity.v), u.velocity()},
+                       io::SnapshotField{"cell_velocity_x", "m/s", cell, view(derived.velocity_x), u.velocity()},
+                       io::SnapshotField{"cell_velocity_y", "m/s", cell, view(derived.velocity_y), u.velocity()}};
+    const auto variables = scene.law->variables();
+    for (std::size_t k = 0; k < variables.size(); ++k)
+        fields.push_back({std::string(variables[k].name), std::string(variables[k].unit), cell, view(cells.internal[k]),
+                          variables[k].natural_unit});
+    snapshots.write(time_s, step, fields);
+}
+
+} // namespace ductile::quasistatic
