@@ -151,6 +151,12 @@ launch 7 compare out/a out/b
 expect log "python3 $tree/verification/compare.py out/a out/b"
 expect_not log apt-get
 
+fresh # a sweep runs programs: all are built first
+: >"$sandbox/lists"
+launch 7 sweep alpha 'a=1,2'
+expect log "--target all"
+expect log "python3 $tree/verification/sweep.py alpha a=1,2"
+
 fresh # the packages are there and Python does not see them
 : >"$sandbox/lists"
 stand_in python3 <<<'exit 1'

@@ -12,7 +12,7 @@ cd -- "$scratch"
 # Lines of ```sh blocks, and what stands in backquotes in a cell of a table.
 # shellcheck disable=SC2016 # the backquotes are the README's
 mapfile -t commands < <(awk '/^```/ {inside = $0 == "```sh"; next} inside && /^\.\/ductile/ {print}' "$root/README.md"
-    sed -n 's/^| !\[.*| `\(\.\/ductile [^`]*\)` |.*/\1/p' "$root/README.md")
+    sed -n 's/^| <img .*| `\(\.\/ductile [^`]*\)` |.*/\1/p' "$root/README.md")
 count=0
 for line in "${commands[@]}"; do
     if [[ $line =~ ^\./ductile\ (demo|test) ]]; then continue; fi

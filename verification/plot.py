@@ -312,8 +312,9 @@ class Sheet:
         if several:
             rows, columns = (times, count) if self.down else (count, times)
         else:
-            columns = min(times, 3 if view.aspect <= 1.25 else DEFAULT_TIMES)
-            rows = -(-times // columns)
+            across = 4 if view.aspect <= 1.25 else DEFAULT_TIMES
+            rows = -(-times // across)
+            columns = -(-times // rows)
         width = np.clip(SIDE / np.sqrt(view.aspect), 1.5, 6.0)
         width *= min(1.0, 5.0 / (width * view.aspect))
         beside, above = (0.9, 1.2) if self.down else (1.6, 0.7)
