@@ -114,10 +114,11 @@ def run_case(case, programs, work):
         record = {"stamp": stamp, **run_words(words, folder, case.limit)}
         folder.parent.mkdir(parents=True, exist_ok=True)
         kept.write_text(json.dumps(record))
-    shown = shlex.join([case.program, *(Path(word).name if word.endswith(".toml") else word for word in words[1:])])
+    here = lambda text: text.replace(f"{work}/", "").replace(f"{work.resolve()}/", "")  # results name no places
+    shown = here(shlex.join([case.program, *(Path(word).name if word.endswith(".toml") else word for word in words[1:])]))
     summary = common.summary(folder) if record["status"] == 0 else None
     result = Result(case, folder, shown, record["status"], record.get("reached", 0.0), record["seconds"],
-                    GO_ON.sub("", record["message"]), summary["warnings"] if summary else [])
+                    here(GO_ON.sub("", record["message"])), [here(warning) for warning in summary["warnings"]] if summary else [])
     result.kind = classify(result)
     return result
 
