@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 # SuiteSparse before 6 (Debian 12) brings neither a CMake package nor a pkg-config file.
 # Defines the target SuiteSparse::CHOLMOD.
 find_path(CHOLMOD_INCLUDE_DIR cholmod.h PATH_SUFFIXES suitesparse)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 # What the library needs, in one list: CMakeLists.txt reads it, and the installed package reads it again
 # on behalf of whoever links the library. (Debian's names of the same things are in the launcher.)
 include(CMakeFindDependencyMacro)

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 // What most files include anyway, compiled once. No file relies on it: builds with CMAKE_DISABLE_PRECOMPILE_HEADERS=ON see their
 // own includes alone.
 #pragma once

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 // colliding_disks: two elastic disks meet and rebound (Sulsky & Kaul, Sec. 3.1, Figs. 2 and 3, Table II).
 //
 // Disks of 0.4 m diameter fly towards each other along a diagonal; they touch through the velocity field of the grid alone. Their

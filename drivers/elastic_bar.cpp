@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 // elastic_bar: a square bar pulled by a rigid body (Sulsky & Kaul, Sec. 3.1, Fig. 1, Tables I and IV).
 //
 // The bar [0.4, 0.7] x [0.1, 0.4] m sticks to the right end of the grid; a rigid body at its left end moves away with 1 mm/s.

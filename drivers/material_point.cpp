@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 // material_point: one point of a material under a prescribed velocity gradient, integrated by every method.
 //
 // The stress and the internal variable of a point obey a system of ordinary differential equations. The RK2(1) pair that the

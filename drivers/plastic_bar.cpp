@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 // plastic_bar: the bar of elastic_bar from a hardening metal (Sulsky & Kaul, Sec. 3.1, Fig. 4, Tables III and V).
 //
 // Von Mises plasticity with the yield stress 6 Pa and the hardening modulus 5000 Pa, to a strain of 8 %; --duration 100 takes it

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 // scene: runs any scene that a file describes, on a grid that stays or of material points; a scene of the grid, on either.
 //
 // drivers/scenes has those of both papers and variants of them, each headed by what to look at and how long it takes;

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 // shear_band: simple shear of a metallic glass until it localises (Lu & Rycroft, Sec. 8).
 //
 // A square of Vitreloy 1, periodic in x, is sheared between two rigid walls at quasi-static rate. The effective temperature of

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 // taylor_bar: a copper cylinder hits a rigid, slippery wall (Taylor's test).
 //
 // 32.4 mm long, 6.4 mm thick, 227 m/s: von Mises plasticity with linear hardening, axisymmetric. After 80 us it is at rest,

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 // upsetting: a steel cylinder pressed flat between two platens (Sulsky & Kaul, Sec. 3.2, Figs. 10-13, Table VI).
 //
 // The upper half of a billet of 20 mm diameter and 30 mm height; the platen comes down with 1 m/s from a millimetre above and

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 // vibrating_bar: the first axial mode of an elastic bar, held at its left end and free at its right one.
 //
 // E = 100 Pa, density 1 kg/m^3, length 25 m, initial velocity 0.1 sin(pi x/2L) m/s: a period of 10 s and 0.15915 m at the tip. It

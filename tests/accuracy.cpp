@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 // What a run knows about its own errors: estimates of every scheme with fixed steps against the true errors, and what is said of
 // them.
 #include "fields.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 // Memory is allocated before the time loop: what steps of the quasi-static schemes and of material points allocate once they run.
 #include "fields.hpp"
 #include "mpm_scenes.hpp"

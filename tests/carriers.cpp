@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 // One scene, both carriers: a glass with a soft spot in simple shear, on the grid that stays and on material points. What is
 // compared is what ./ductile scene writes for one file of which one word changes; verification/carriers.py refines.
 #include "capture.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 // The embedded Runge-Kutta methods one by one: tables, estimates and limits of their steps against those of the test, the norm
 // that estimates are measured in, and the scheme that changes between two of them.
 #include "fields.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 #include "fields.hpp"
 #include <ductile/material/point_rates.hpp>
 #include <ductile/quasistatic/initial.hpp>

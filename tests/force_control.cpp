@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 #include "fields.hpp"
 #include "messages.hpp"
 #include <ductile/base/error.hpp>

@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: GPL-3.0-or-later
 # The README's two commands on a fresh Debian: fresh_debian.sh bookworm|trixie. Needs root, debootstrap, git and a mirror of
 # Debian (the one apt uses here); takes about a quarter of an hour on two cores, 5 GB in TMPDIR, and leaves nothing behind.
 # What is tried is the last commit, not the files as they are.

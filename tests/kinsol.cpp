@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 // SUNDIALS' KINSOL behind its wrapper: solutions, counts, failures in words, exceptions.
 #include "messages.hpp"
 

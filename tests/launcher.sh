@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: GPL-3.0-or-later
 # Tests of the launcher: launcher.sh PATH_OF_THE_LAUNCHER. Stand-ins for apt-get, cmake and the like write what they
 # were asked to do into a log; nothing is installed or built.
 # shellcheck disable=SC2016,SC2115  # the variables of a stand-in are its own; nothing below is ever empty

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 // Laws whose type is forgotten: both forms of each, any number of internal variables, batches and single points.
 #include "capture.hpp"
 #include "fields.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 #include "messages.hpp"
 #include <ductile/material/elasticity.hpp>
 #include <ductile/material/perzyna.hpp>

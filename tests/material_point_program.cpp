@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 // The program material_point as its users meet it: a process with options, files, messages and an exit status.
 #include "child_process.hpp"
 #include "messages.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 // Orders of accuracy: a manufactured solution with particles that cross cells, and the midpoint rule in time.
 #include "mpm_scenes.hpp"
 

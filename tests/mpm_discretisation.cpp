@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 // Particles on the background grid: weights, sums, rigid motions, conservation, wrong input.
 #include "messages.hpp"
 #include "mpm_scenes.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 // The implicit step: residual, Jacobian products, solvers, conservation, failures that leave the state alone.
 #include "messages.hpp"
 #include "mpm_scenes.hpp"

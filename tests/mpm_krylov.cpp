@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 // The linear solvers alone: as many iterations as there are different eigenvalues, and the true solution.
 #include <ductile/mpm/krylov.hpp>
 

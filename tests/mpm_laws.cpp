@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 // The laws of the material points: return mapping, tangents, plane stress, rotation.
 #include "messages.hpp"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 // What a run is found doubtful for, and the numbers it gathers from all its steps.
 #include "capture.hpp"
 #include "io_scratch.hpp"

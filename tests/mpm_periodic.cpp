@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 // Grids whose left and right sides are one: nothing knows where they meet.
 #include "messages.hpp"
 #include "mpm_scenes.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 // What the preconditioners are made of: assembled matrices against products, factorised tangents against the Jacobian.
 #include "mpm_scenes.hpp"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 // The programs of the material point method as their users meet them: processes with options, files, messages and an exit status.
 #include "capture.hpp"
 #include "child_process.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 // What holds nodes: rigid bodies and sides, the forces on them, and the balances of momentum and energy that these close.
 #include "messages.hpp"
 #include "mpm_scenes.hpp"

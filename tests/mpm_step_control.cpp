@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 // Which steps are taken: ramps, contact, rigid travel, failures, Newton iterations.
 #include <ductile/material/linear_elastic.hpp>
 #include <ductile/mpm/discretisation.hpp>

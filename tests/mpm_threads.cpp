@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 // The number of threads changes no bit of a step.
 #include "mpm_scenes.hpp"
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 // Snapshots of particles in HDF5, described for ParaView.
 #include "hdf5_values.hpp"
 #include "io_scratch.hpp"

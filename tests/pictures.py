@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Tests of verification/results.py, plot.py and compare.py on small runs of the programs: pictures.py FOLDER_OF_THE_PROGRAMS.
 Status 77 where the modules of the figures are missing."""
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 // Which numbers of a material are said to be doubtful.
 #include "messages.hpp"
 

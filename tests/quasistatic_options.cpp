@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 // The numbers that options stand for where they are left to the program.
 #include <ductile/quasistatic/doubts.hpp>
 #include <ductile/quasistatic/options.hpp>

@@ -1,4 +1,5 @@
 #!/usr/bin/env bash
+# SPDX-License-Identifier: GPL-3.0-or-later
 # Runs the README's commands, but for the first two, in a scratch copy of their surroundings: readme.sh. Needs what ./ductile needs,
 # and Python's packages for pictures.
 set -euo pipefail

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 #include "rk21_reference.hpp"
 #include <ductile/material/stz.hpp>
 #include <ductile/ode/rk21.hpp>

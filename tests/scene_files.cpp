@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 // Scene files as their users meet them: every program prints one, ./ductile scene runs it with the same bits, and says what is
 // wrong.
 #include "capture.hpp"

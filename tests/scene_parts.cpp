@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 // What scenes are made of: histories of velocity, shapes, particles and fields from files.
 #include "capture.hpp"
 #include "fields.hpp"

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 // Every column of history.csv and every field of fields.h5 that shear_band writes, against values worked out here from the
 // stress components alone.
 #include "child_process.hpp"

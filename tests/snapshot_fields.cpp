@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 // What snapshots hold beside the state: against closed forms, and numbers worked out here.
 #include "fields.hpp"
 #include "hdf5_values.hpp"

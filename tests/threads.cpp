@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 // The team of threads: every task once, whoever does it; exceptions, calls within calls, two callers, and no work while waiting.
 #include <ductile/base/error.hpp>
 #include <ductile/base/processors.hpp>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 // The time integrators on a system of the test's own, which has no space: orders of convergence and estimates of the error
 // against the tight solution of ARKODE, ARKODE through the same seam, and what a method remembers.
 #include <ductile/sundials/erk.hpp>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 #include "fields.hpp"
 #include <doctest/doctest.h>
 #include <ductile/space/transport.hpp>

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Adaptive global steps: Sec. 8.2, Figs. 4 and 5 of Lu & Rycroft, beside constant steps.
 
 The full model on 280, 360 and 504 cells a side. The size Q* of the projection is held near F_Q (h/L)^2 with F_Q = 0.001 for

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: GPL-3.0-or-later
 """One scene on both carriers: a glass with a soft spot between two walls, drivers/scenes/glass-block.toml, on the grid that stays and
 on material points with linear shape functions, GIMP and B-splines, refined. Compared at the end of the run, past yield, with a much finer
 grid, between whose cells cubic polynomials interpolate: the traction on the walls, the largest effective temperature, and of all cells or

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What the verification studies share: runs of shear_band that are kept and found again, final fields in natural units, the
 norm of Lu & Rycroft's Eq. (59), interpolation between grids that do not nest, orders of accuracy, and result files."""
 

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: GPL-3.0-or-later
 """How far two runs are apart: the quantities that both have at the last time at which both have a snapshot, and the columns of
 history.csv that both have. Prints a Markdown table; --output keeps it and draws a figure beside it.
 

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Ways to make divergence, stiffness and stress update of the index-reduced scheme fit together, compared by a model of its own.
 
 Stress at cell centres has the divergence B^T and the rate C B v of the one-point gradient B. With the fully integrated stiffness (S.20)

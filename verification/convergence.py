@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Order of accuracy of the incremental scheme with constant steps: Sec. 8.1 and Fig. 3 of Lu & Rycroft.
 
 The shear band on 280, 360 and 504 cells a side with dt = 0.5e4 t_s h/L, by the reduced and the full model, and by the full

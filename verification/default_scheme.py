@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The program's default scheme beside the paper's constant steps, on two threads, and alone on a grid where those are out of reach.
 
 First 128 and 504 cells a side, the two in turn: elliptic solves, wall time, and total errors against 2520 x 2520 cells (the reference

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What time integrators do to energy: the colliding disks (Fig. 3 of Sulsky & Kaul) and the vibrating bar, against the step.
 
     verification/energy.py            # a minute

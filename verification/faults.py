@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What is lost or damaged is never silent: runs that are killed, interrupted, robbed of their disk, and files that are changed.
 
 Both carriers (shear_band on 8 x 8 cells, upsetting a billet) run once undisturbed. Then, with a continued run each:

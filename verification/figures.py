@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Figures 1, 2, 4, 9, 10, 11 and 13 of Sulsky & Kaul and the numbers that the paper quotes from them: stress along the bars, the
 colliding disks, the billet by step and by mesh, Newton iterations where particles cross cells.
 

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The README's pictures: runs of half a minute in all, drawn by plot.py.
 
     verification/gallery.py

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Whether a change keeps the bits: records history.csv and the snapshots of small runs of every scheme, method, form, shape and
 solver, and compares two records number by number.
 

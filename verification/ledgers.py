@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What the ledgers of energy leave open, against steps, tolerances and cells: whether it falls with the order that the identities in
 lib/space/cells.hpp and lib/mpm/step_energies.hpp say.
 

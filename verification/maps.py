@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What the maps of stability share: cases with an oracle, runs that are kept and found again, the one class each run ends in, heat maps,
 and result files.
 

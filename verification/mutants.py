@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Whether the fast tests notice a wrong sign: each mutation of one line of a kernel, a controller or an output is applied alone to a
 scratch copy of the sources, which is compiled and tested. A mutation that no test fails on has survived, and is a hole in the tests.
 

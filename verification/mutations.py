@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The mutations of mutants.py: one wrong line each, and the suites of tests/ that should notice it."""
 
 from typing import NamedTuple

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Whether ParaView shows what fields.h5 holds: a short run of every program that writes snapshots, and one that is killed, opened with
 both of ParaView's readers of XDMF (Xdmf3ReaderS and XDMFReader).
 

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Draws what runs left behind: fields or particles at some times (fields.png in each folder), and a curve of history.csv (curve.png,
 one line a run; of several runs in the folder that they share). Without options the quantities, times and columns are those that a run
 is about.

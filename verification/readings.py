@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What the other reading of an ambiguous line of the paper would change: the shear band on 128 x 128 cells at t = 35e4 t_s.
 
     verification/readings.py

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What a run pays for things that its scene does not have: pairs of runs that differ in one thing, their processor time (the least of
 several in turn) and their counters. Where leaving a thing out saves what it costs, the program skips it.
 

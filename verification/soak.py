@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: GPL-3.0-or-later
 """A long run takes no more memory, files or disk than a short one does: half an hour of each carrier, watched from outside.
 
 Grid: 96 x 96 cells of metallic glass sheared to and fro. Points: a billet that a platen presses, leaves and presses again, with

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Material points against closed forms and manufactured solutions: six problems, three shape functions, several meshes.
 
     verification/solutions.py         # six minutes

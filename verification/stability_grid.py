@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: GPL-3.0-or-later
 """How far shear_band goes, and whether it says so: every scheme with steps from a hundredth to a thousand times the default and
 tolerances from 1e-1 to 1e-10; hot and cold, fast and slow, soft and nearly incompressible; odd, thin and tiny grids; walls that turn
 back, stop, jump, open, or follow a load; rough fields. Each run is judged by maps.py's classes.

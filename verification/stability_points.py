@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: GPL-3.0-or-later
 """How far material points go, and whether they say so. Each run is judged by maps.py's classes.
 
 What is promised:

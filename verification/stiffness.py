@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Which scheme for stiff flow: hot glass, fast and slow walls.
 
 On 32 x 32 cells, from rest to 14 % of shear, with the standard tolerance; elliptic solves and errors of every scheme with error control

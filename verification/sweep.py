@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Runs a scene or a program for all combinations of some values, several at a time, and gathers what the summaries say in one table.
 
     sweep.py SCENE key=a,b,c [key=d,e ...] [--output DIR] [--jobs N]

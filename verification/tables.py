@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Tables I to VI of Sulsky & Kaul: steps, Newton and linear iterations, and cost of implicit beside explicit steps.
 
 Every row is run in the paper's way (difference quotients, a fixed linear tolerance, no preconditioner, its scale of the residual, its

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Order in time of the integrators of the index-reduced method of lines.
 
 48 x 48 cells are sheared until they flow. At t = 0.6 s the walls change their speed at once; from a checkpoint at that moment fixed

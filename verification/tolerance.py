@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What a tolerance means: the error at the end of a run over the tolerance that was asked for, for every scheme with error control
 and scenes of many kinds, and for both differences of the advection. Errors are those of sigma/s_Y and chi/chi_inf in the norm (59),
 the larger one, against Dormand-Prince's pair at 1e-10 on the same grid with the same differences.

@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Upsetting: load over deflection for several steps and meshes, Figs. 12 and 13 of Sulsky & Kaul, and what the solvers cost.
 
 The load jumps when particles cross cell edges, so curves are compared by their means over windows of 0.8 mm. Runs are kept in the

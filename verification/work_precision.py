@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Work and precision of the time integrators on the shear band: error against elliptic solves and against processor time.
 
 For 128, 252 and 504 cells a side, full and reduced model: every scheme with several steps or tolerances, each on one thread. Two

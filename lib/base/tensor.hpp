@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 
 /// Plane tensors by components, for V = double (one point) or Pack (a batch).

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 // Private: helpers of the hdf5*.cpp files; no other file sees the HDF5 headers.
 #include <ductile/base/error.hpp>

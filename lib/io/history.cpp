@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 #include <ductile/base/error.hpp>
 #include <ductile/io/atomic_file.hpp>
 #include <ductile/io/history.hpp>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 #include <ductile/io/config_file.hpp>
 #include <ductile/io/option_values.hpp>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 #include <ductile/io/particle_snapshots.hpp>
 #include <ductile/io/snapshot_file.hpp>
 #include <ductile/io/xdmf.hpp>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 // Private: what the writers of fields and of particles share.
 #include <ductile/io/snapshot_index.hpp>

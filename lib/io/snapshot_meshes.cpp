@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 #include <ductile/io/snapshot_meshes.hpp>
 
 #include <fmt/format.h>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 // Private: what programs that draw snapshots need beside the numbers, made from the description of a snapshot alone, so that a
 // continued file has the same.

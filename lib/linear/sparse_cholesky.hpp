@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 // Private: users of the library need not have Eigen.
 #include <Eigen/SparseCore>

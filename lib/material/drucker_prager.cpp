@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 #include <ductile/base/error.hpp>
 #include <ductile/material/drucker_prager.hpp>
 #include <ductile/material/make_law.hpp>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 #include <ductile/base/error.hpp>
 #include <ductile/base/timer.hpp>
 #include <ductile/mpm/time_stepper.hpp>

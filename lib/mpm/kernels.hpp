@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 // Private: the sums over particles; one instance for each shape function and geometry.
 #include <ductile/material/elasticity.hpp>

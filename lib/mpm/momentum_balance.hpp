@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 #include <ductile/mpm/discretisation.hpp>
 #include <ductile/mpm/explicit_step.hpp>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 // Private: the kinematics of a material point; templates that the discretisations instantiate.
 #include <ductile/base/simd.hpp>

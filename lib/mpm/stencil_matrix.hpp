@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 // Private: what the preconditioners assemble.
 #include <ductile/base/aligned.hpp>

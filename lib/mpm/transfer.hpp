@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 // Private: how particles and nodes see each other during one step.
 #include <ductile/base/aligned.hpp>

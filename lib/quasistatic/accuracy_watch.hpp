@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 #include <ductile/quasistatic/state.hpp>
 #include <ductile/quasistatic/time_stepper.hpp>

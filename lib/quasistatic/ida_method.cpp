@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 #include <ductile/quasistatic/rate_system.hpp>
 #include <ductile/sundials/ida.hpp>
 #include <ductile/time/flat_stages.hpp>

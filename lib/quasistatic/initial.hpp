@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 #include <ductile/material/internal_variable.hpp>
 #include <ductile/space/field.hpp>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 #include <ductile/quasistatic/method_of_lines.hpp>
 #include <ductile/quasistatic/projection_stepper.hpp>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 #include <ductile/io/history.hpp>
 #include <ductile/io/output_folder.hpp>

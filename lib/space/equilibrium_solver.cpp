@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 #include <ductile/space/cholesky.hpp>
 #include <ductile/space/equilibrium_solver.hpp>
 #include <ductile/space/fourier.hpp>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 #include <ductile/base/vectorise.hpp>
 #include <ductile/space/modes.hpp>
 #include <ductile/space/stencil.hpp>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 #include <ductile/base/threads.hpp>
 #include <ductile/material/point_rates.hpp>
 #include <ductile/space/staggered.hpp>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 // Private: the sweeps over linear combinations of states.
 #include <ductile/base/simd.hpp>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 // Private: owners of what SUNDIALS makes; it needs the headers of SUNDIALS.
 #include <ductile/base/error.hpp>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 // Private: what the wrappers of SUNDIALS' integrators share; it needs the headers of SUNDIALS.
 #include <ductile/base/error.hpp>

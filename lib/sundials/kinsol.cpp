@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 #include <ductile/sundials/handles.hpp>
 #include <ductile/sundials/kinsol.hpp>
 #include <ductile/sundials/release.hpp>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 #include <ductile/sundials/integration.hpp>
 #include <ductile/sundials/mri.hpp>
 

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 // Private: what differs between SUNDIALS 6.4 (Debian 12) and 7.1 (Debian 13). The rest of this folder is written for both.
 #include <ductile/base/error.hpp>

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 // A checkpoint with any changes, its checksum right again: `scene --restart` either goes on from it and comes through one step,
 // or refuses it with an InputError or RunError that has a message.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 // Files that options and scenes name: `--initial-file` of the grid and `particles` of a body. Each either is taken, and the run
 // comes to its first step, or is refused with an InputError that has a message, before anything is written.
 //

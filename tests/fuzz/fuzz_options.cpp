@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 // Any words as a command line: the first names a program, the others are its options. It either takes them and comes to its first
 // step, or refuses them with an InputError that has a message, before it writes anything. A file FILE beside them, the text after
 // a line "---", is there for --config.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 // Any text as a scene file: `scene FILE` either takes it and comes to its first step, or refuses it with an InputError that has a
 // message, before it writes anything. Both carriers, and grid scenes on points. Files that a scene may name lie beside it:
 // particles.csv and fields.csv.

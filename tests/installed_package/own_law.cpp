@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 // A law that the library has never seen, in the scene of shear_band and in a billet, beside its ordinary differential equations.
 #include "voce.hpp"
 #include <ductile/mpm/options.hpp>

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 # Installs the built tree, moves the installation away, and uses it from another project.
 # Called by ctest with -DBUILD_DIR, -DSOURCE_DIR (of the library), -DCOMPILER, -DGENERATOR, -DBUILD_TYPE.
 set(here ${BUILD_DIR}/tests/installed_package)

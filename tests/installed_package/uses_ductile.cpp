@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 // A layer between two fixed walls is pushed along them by the same force at every node and bends to a parabola.
 #include <ductile/material/stz.hpp>
 #include <ductile/space/equilibrium_solver.hpp>

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 # Configures projects that add the library's folder, SOURCE_DIR, to their own in BUILD_DIR, and compiles against its headers.
 # Called by ctest with -DBUILD_DIR, -DSOURCE_DIR, -DCOMPILER, -DGENERATOR.
 file(REMOVE_RECURSE ${BUILD_DIR})

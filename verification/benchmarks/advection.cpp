@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 // What the differences of the advection are worth, each by itself: order on smooth data, what becomes of a hat and of noise that
 // are carried around the domain once, how far their rate jumps, and what they cost. Prints a table; it takes a few seconds.
 #include <ductile/space/field.hpp>

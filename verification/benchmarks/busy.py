@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What threads cost on a machine whose processors are busy: each program on one and two threads beside loops that keep every
 processor busy, and beside none. The table gives the best and the median of paired repetitions, which take a minute or two.
 

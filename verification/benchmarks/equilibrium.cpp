@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 // How fast the equilibrium solvers are on this machine: the Fourier solver on one and two threads, CHOLMOD beside it where its
 // factors fit, and the bandwidth of a triad to judge them by. Run it alone on an idle machine; it takes about two minutes.
 #include <ductile/base/aligned.hpp>

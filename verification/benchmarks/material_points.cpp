@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 // benchmark_material_points: what the kernels of the material point method cost, for sorted particles.
 //
 //   build/release/benchmark_material_points [cells along a side, 256 by default [threads, 1 by default]]

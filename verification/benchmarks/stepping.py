@@ -1,4 +1,5 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Speed and memory of constant steps in the plastic phase. Run it alone on an idle machine; it takes about five minutes.
 
 504 x 504 cells, full model, incremental scheme: an adaptive run to t = 0.6 s leaves a checkpoint, from which constant steps

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 // A column under its own weight, H = 1 m high, between slip walls on a fixed bottom: uniaxial strain. Gravity grows with the
 // steps to g with rho_0 g H = 0.2 alpha, alpha = K + 4 mu/3.
 //

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 // Cook's membrane (Cook 1974): the quadrilateral (0,0), (48,44), (48,60), (0,44), clamped at the left side of the grid, with a
 // shear force of 1 in all on the right edge; E = 1. Small strains: one linear step under a thousandth of the force, and the
 // displacement a thousand times as large. Plane stress with nu = 1/3, and plane strain with nu = 0.4999, nearly incompressible.

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 // A thick-walled cylinder in plane strain, inner radius a = 1 m, outer radius b = 2 m, that a rigid wall widens (Hill 1950):
 // von Mises metal with E = 10^6 Y, so that strains stay below 10^-5 and the linear theory is as exact. A strip of three
 // cells along the axis between slip walls; the radius is x.

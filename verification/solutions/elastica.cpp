@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 // A cantilever, L = 10 m long and t = 0.5 m thick, under its own weight, which grows with the steps to q = 6 E I/L^3 a metre of
 // length: then the tip hangs by half the length. Plane strain with Poisson's ratio 0, so that E I = E t^3/12. It is clamped at
 // the left side of the grid, where all nodes are fixed.

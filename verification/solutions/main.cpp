@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 // solutions: the material point method on problems with known solutions, for verification/solutions.py.
 //
 //   build/release/solutions CASE FOLDER

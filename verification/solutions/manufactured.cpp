@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 // The axis-aligned manufactured solution of Wallstedt & Guilkey (2008) on the unit square between slip walls: displacements
 //   u = A sin(pi X) sin(c pi t), v = A sin(pi Y) sin(c pi t + pi),   c^2 = E/rho_0,
 // stretch the axes by F = 1 + du/dX and G = 1 + dv/dY and turn nothing. The law integrates strain rates, so its stress is that of

@@ -1,3 +1,4 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
 // The generalised vortex (Brannon, Kamojjala & Sadeghirad 2011; Kamojjala et al. 2015), with the body force of the Jaumann rate.
 //
 // A ring, 0.75 m <= R <= 1.25 m, turns by circles: a particle at the polar coordinates (R, Theta) is at (R, Theta + alpha) with
