@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: GPL-3.0-or-later
-# The rules of the house: folders include downwards only, in the order of the README's table; one place knows OpenMP's pragmas;
+# The rules of the house: folders include downwards only, in the order of the table in lib/README.md; one place knows OpenMP's pragmas;
 # what lies below the carriers does not know the command line; and on the grid the space alone loops over rows.
 set -euo pipefail
 cd -- "$(dirname -- "${BASH_SOURCE[0]}")/.."
@@ -42,7 +42,8 @@ done < <(grep -rnE "<ductile/io/" lib/{material,ode,time,linear} || true)
 
 while IFS= read -r file; do
     complain "$file lacks its SPDX line"
-done < <(find lib drivers tests verification -name '*.[ch]pp' -o -name '*.py' -o -name '*.sh' | xargs grep -L 'SPDX-License-Identifier: GPL-3.0-or-later')
+done < <(find lib drivers tests verification '(' -name '*.[ch]pp' -o -name '*.py' -o -name '*.sh' ')' \
+    -exec grep -L 'SPDX-License-Identifier: GPL-3.0-or-later' {} +)
 
 if ((failures > 0)); then
     printf '%d breaches\n' "$failures"

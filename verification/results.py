@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The way to read results in Python: everything that a run of a program left in its output folder, in SI units.
 
     import results
