@@ -14,6 +14,8 @@
 #include <doctest/doctest.h>
 
 #include <array>
+#include <cmath>
+#include <limits>
 #include <random>
 
 using namespace ductile;
@@ -192,6 +194,17 @@ TEST_CASE("bilinear hardening: yield follows (2.1.19) up, down, and to nothing")
     CHECK(contains(message_of<InputError>([] { VonMises(steel, {.yield_stress = 1e9, .softening = 3.0 * steel.shear_modulus}); }),
                    "softening modulus"));
     CHECK(contains(message_of<InputError>([] { VonMises(steel, {.yield_stress = 0.0}); }), "yield stress = 0"));
+}
+
+TEST_CASE("a stress that is no number comes back as one, and ends no step in a search without end") {
+    const double nothing = std::numeric_limits<double>::quiet_NaN(), beyond = std::numeric_limits<double>::infinity();
+    for (const double bad : {nothing, beyond, 1e200})
+        for (const SymmetricTensor& trial : {SymmetricTensor{bad, 0.0, 0.0, 0.0}, SymmetricTensor{0.0, 0.0, 0.0, bad}})
+            for (const VonMises& law : {hardening_steel, bilinear_steel}) {
+                const StressReturn<1> found = law.correct(trial, {0.1}, 1.0);
+                CHECK_FALSE((std::isfinite(contraction(found.stress, found.stress)) && std::isfinite(found.internal[0])));
+                (void)law.tangent(trial, {0.1}, 1.0);
+            }
 }
 
 TEST_CASE("Drucker-Prager: cone, apex and elastic range end on the yield surface with the flow of the potential") {

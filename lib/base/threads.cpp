@@ -99,8 +99,10 @@ public:
         const auto done = Clock::now();
         const auto finished = [&] { return unfinished_.load(std::memory_order_acquire) == 0; };
         if (!spin_until(finished)) {
-            while (!finished())
-                unfinished_.wait(unfinished_.load(std::memory_order_acquire), std::memory_order_acquire);
+            // One look both ends the wait and is waited on: after a second one, of a zero, nobody would wake who sleeps.
+            for (int left = unfinished_.load(std::memory_order_acquire); left != 0;
+                 left = unfinished_.load(std::memory_order_acquire))
+                unfinished_.wait(left, std::memory_order_acquire);
             const auto end = Clock::now();
             if (end - done > std::max<Clock::duration>(done - start, 4 * spinning_time))
                 alone_until_ = end + times_alone * (end - done);

@@ -90,7 +90,7 @@ private:
             const Piece& piece = pieces_[k];
             const double increment =
                 (q - piece.value - piece.slope * plastic_strain) / (3.0 * elasticity_.shear_modulus + piece.slope);
-            if (plastic_strain + increment <= piece.end)
+            if (!(plastic_strain + increment > piece.end)) // what is no number ends here, too, and is found out by whoever steps
                 return {increment, piece.slope};
         }
     }
