@@ -9,6 +9,7 @@
 
 #include <array>
 #include <cmath>
+#include <limits>
 #include <doctest/doctest.h>
 #include <functional>
 #include <memory>
@@ -269,5 +270,7 @@ TEST_SUITE("time_integrators") {
             method.accept(1e-3, 1e-5, 1.0, stiff); // no longer stiff
         CHECK(stiff[0] == 0.0);
         CHECK(method.steps_by_method(stiff)[1] == std::pair{std::string("chebyshev"), 25LL});
+        for (const double count : {1e308, -1.0, std::numeric_limits<double>::quiet_NaN()})
+            CHECK(method.steps_by_method(std::array{0.0, 0.0, count, count})[0].second == 0);
     }
 }

@@ -45,7 +45,9 @@ public:
     }
 
     [[nodiscard]] std::vector<std::pair<std::string, long long>> steps_by_method(std::span<const double> memory) const override {
-        return {{methods_[0].name, static_cast<long long>(memory[2])}, {methods_[1].name, static_cast<long long>(memory[3])}};
+        // what a damaged file makes of a count is none
+        const auto whole = [](double count) { return count >= 0.0 && count < 9e15 ? static_cast<long long>(count) : 0; };
+        return {{methods_[0].name, whole(memory[2])}, {methods_[1].name, whole(memory[3])}};
     }
 
     [[nodiscard]] double relaxation_step(double relaxation, std::span<const double> memory) const override {
