@@ -9,9 +9,9 @@
 
 #include <array>
 #include <cmath>
-#include <limits>
 #include <doctest/doctest.h>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <string>
 
