@@ -22,8 +22,8 @@ std::mutex planner;
 /// vectors as arguments depends on the instruction set.
 using Lanes = double __attribute__((vector_size(16)));
 constexpr int lanes = 2;
-inline void load(Lanes& x, const double* from) { std::memcpy(&x, from, sizeof x); }
-inline void store(const Lanes& x, double* to) { std::memcpy(to, &x, sizeof x); }
+inline void load_lanes(Lanes& x, const double* from) { std::memcpy(&x, from, sizeof x); }
+inline void store_lanes(const Lanes& x, double* to) { std::memcpy(to, &x, sizeof x); }
 
 /// u and i v of the modes from W: W_k + conj(W_{-k}) and W_k - conj(W_{-k}). Here and below W holds M + 1 complex numbers, the
 /// last a copy of the first. Compilers do not vectorise the reversed access to W_{-k}: hence the shuffles.
@@ -33,18 +33,18 @@ void split(const double* w, int cells, SpectralRow row) {
     for (; k + lanes <= modes; k += lanes) {
         const double *plus = w + 2 * k, *minus = w + 2 * (cells - k - lanes + 1);
         Lanes plus0, plus1, minus0, minus1;
-        load(plus0, plus);
-        load(plus1, plus + lanes);
-        load(minus0, minus);
-        load(minus1, minus + lanes);
+        load_lanes(plus0, plus);
+        load_lanes(plus1, plus + lanes);
+        load_lanes(minus0, minus);
+        load_lanes(minus1, minus + lanes);
         const Lanes plus_re = __builtin_shufflevector(plus0, plus1, 0, 2);
         const Lanes plus_im = __builtin_shufflevector(plus0, plus1, 1, 3);
         const Lanes minus_re = __builtin_shufflevector(minus0, minus1, 2, 0);
         const Lanes minus_im = __builtin_shufflevector(minus0, minus1, 3, 1);
-        store(plus_re + minus_re, row.u_re + k);
-        store(plus_im - minus_im, row.u_im + k);
-        store(plus_re - minus_re, row.v_re + k);
-        store(plus_im + minus_im, row.v_im + k);
+        store_lanes(plus_re + minus_re, row.u_re + k);
+        store_lanes(plus_im - minus_im, row.u_im + k);
+        store_lanes(plus_re - minus_re, row.v_re + k);
+        store_lanes(plus_im + minus_im, row.v_im + k);
     }
     for (; k < modes; ++k) {
         const double *plus = w + 2 * k, *minus = w + 2 * (cells - k);
@@ -61,16 +61,16 @@ void join(SpectralRow row, int cells, double* w) {
     int k = 0;
     for (; k + lanes <= modes; k += lanes) {
         Lanes u_re, u_im, v_re, v_im;
-        load(u_re, row.u_re + k);
-        load(u_im, row.u_im + k);
-        load(v_re, row.v_re + k);
-        load(v_im, row.v_im + k);
+        load_lanes(u_re, row.u_re + k);
+        load_lanes(u_im, row.u_im + k);
+        load_lanes(v_re, row.v_re + k);
+        load_lanes(v_im, row.v_im + k);
         const Lanes plus_re = u_re + v_re, plus_im = u_im + v_im, minus_re = u_re - v_re, minus_im = v_im - u_im;
         double *plus = w + 2 * k, *minus = w + 2 * (cells - k - lanes + 1);
-        store(__builtin_shufflevector(minus_re, minus_im, 1, 3), minus);
-        store(__builtin_shufflevector(minus_re, minus_im, 0, 2), minus + lanes);
-        store(__builtin_shufflevector(plus_re, plus_im, 0, 2), plus);
-        store(__builtin_shufflevector(plus_re, plus_im, 1, 3), plus + lanes);
+        store_lanes(__builtin_shufflevector(minus_re, minus_im, 1, 3), minus);
+        store_lanes(__builtin_shufflevector(minus_re, minus_im, 0, 2), minus + lanes);
+        store_lanes(__builtin_shufflevector(plus_re, plus_im, 0, 2), plus);
+        store_lanes(__builtin_shufflevector(plus_re, plus_im, 1, 3), plus + lanes);
     }
     for (; k < modes; ++k) {
         double *plus = w + 2 * k, *minus = w + 2 * (cells - k);
