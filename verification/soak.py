@@ -174,7 +174,7 @@ def main():
         numbers += [[name, *(f"{look[q]:.6g}" if q == "time" else look[q] for q in QUANTITIES)] for look in seen]
         minutes = [look["time"] / 60 for look in seen]
         axes[0][column].plot(minutes, [look["memory"] / 1e6 for look in seen])
-        axes[0][column].set(title=name, ylabel="resident memory [MB]", ylim=(0, None))
+        axes[0][column].set(title=name, ylabel="resident memory [MB]", ylim=(0, 1.2e-6 * max(look["memory"] for look in seen)))
         for file in ("history", "fields", "checkpoint"):
             axes[1][column].plot(minutes, [look[file] / 1e6 for look in seen], label=file)
         axes[1][column].set(xlabel="wall time [min]", ylabel="size [MB]")
