@@ -51,7 +51,8 @@ wall-history = "{",".join(knots[1:])}"
 
 
 def points_scene():
-    knots = [[POINTS_CYCLE * (k + half / 2), 0, v] for k in range(CYCLES) for half in (0, 1) for v in ((-0.3, 0.3)[::-1 if half == 0 else 1])]
+    knots = [[POINTS_CYCLE * (k + half / 2), 0, v]
+             for k in range(CYCLES) for half in (0, 1) for v in ((-0.3, 0.3)[::-1 if half == 0 else 1])]
     return f"""carrier = "points"
 cell-size = 1e-3
 dt = 1e-5
