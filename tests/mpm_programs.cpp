@@ -328,6 +328,14 @@ TEST_CASE("the programs' own runs are not doubted; what is doubtful is said with
     CHECK(warnings("colliding_disks", {"--method", "midpoint", "--dt", "0.05"}) == "");
     CHECK(damped.empty());
     CHECK(warnings("elastic_bar", {"--method", "explicit"}) == "");
+    const auto by_method = [&](const char* mu) { // of the work
+        run_well("elastic_bar", Arguments{"--mu", mu, "--output", folder / "mu"});
+        const nlohmann::json s = summary(folder / "mu");
+        fs::remove_all(folder / "mu");
+        return s["extra"]["numerical_dissipation_J"].get<double>() / s["extra"]["work_of_rigid_bodies_J"].get<double>();
+    };
+    CHECK(std::abs(by_method("1")) < 2e-3);   // by the mean of the forces at both ends
+    CHECK(std::abs(by_method("0.5")) < 2e-3); // which is the force itself
     const std::string soft = warnings("upsetting", {"--young-modulus", "200", "--method", "quasi-static", "--duration", "1e-3"});
     CHECK(contains(soft, "the material has Young's modulus 200 Pa at a density of 7800 kg/m^3"));
     CHECK(contains(soft, "3.5e+06 times Young's modulus"));

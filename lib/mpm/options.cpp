@@ -392,7 +392,8 @@ int run_program(const io::Program& program, const Options& options, const Proble
     const run::Outputs outputs = make_outputs(options, state);
     const Monitor::Options monitor{.every = options.method == Method::explicit_steps ? 32 : 1,
                                    .inertia = options.method != Method::quasi_static,
-                                   .forces_at_end = options.method == Method::implicit || options.method == Method::quasi_static};
+                                   .forces_at_end = (options.method == Method::implicit && options.mu == 1.0) ||
+                                                    options.method == Method::quasi_static};
     const std::vector<std::string> known = step_warnings(options, problem.scene, state, control.options().target);
     program.say(describe(options, problem.scene, state, control, *stepper));
     std::vector<std::string> warnings = known;
