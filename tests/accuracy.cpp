@@ -166,6 +166,30 @@ TEST_SUITE("accuracy") {
         CHECK(again.warnings() == watch.warnings());
     }
 
+    TEST_CASE_FIXTURE(fields::OneThread,
+                      "a ledger that does not close is said with its cause, and one that closes because two errors cancel") {
+        const Scene scene = fields::scene_on({8, 6, 2.0, 2.0}, Model::full, {U, 0.0});
+        const auto stepper = make_stepper("auto", scene, fields::space_for(scene), {});
+        State state = fields::initial_state(scene, initial_internal(scene.grid, Uniform{0.03}, scene.law->variables()[0]));
+        AccuracyWatch watch(scene, stepper->space());
+        watch.begin(state);
+        state.step = 1;
+        state.cells.energy.work = 2.0;
+        watch.observe(state, false, *stepper);
+        const auto said = [&](double error, double by_advection) { // of the work
+            const EnergyFlow passed{.work = 2.0, .dissipation = 1.5, .transport = 2.0 * by_advection};
+            return watch.ledger_warning(0.5 + 2.0 * error, passed).value_or("");
+        };
+        CHECK(said(0.009, 0.0).empty());
+        CHECK(said(-0.009, 0.0).empty());
+        CHECK(contains(said(0.03, 0.02), "0.03 of the work of the walls is unaccounted for, most of it because the cells"));
+        CHECK(contains(said(-0.03, -0.01), "-0.03 of the work of the walls is unaccounted for, because of the steps"));
+        CHECK(
+            contains(said(0.005, 0.03), "two errors cancel, 0.03 of the work of the walls by advection and -0.025 by the steps"));
+        CHECK(contains(said(0.0, -0.02), "two errors cancel, -0.02 of the work of the walls by advection and 0.02 by the steps"));
+        CHECK(said(0.008, 0.012).empty());
+    }
+
     TEST_CASE_FIXTURE(fields::OneThread, "spin and advection alone are the rates of cells that do not flow") {
         const Scene scene = fields::scene_on({12, 10, 2.0, 2.0}, Model::full, {U, 0.0});
         State state = fields::initial_state(scene, initial_internal(scene.grid, Uniform{0.03}, scene.law->variables()[0]));

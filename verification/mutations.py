@@ -165,8 +165,8 @@ MUTATIONS = (
     # --- quasi-static: options and output
     M("wall_strain halved", STATIC + "run.cpp",
       "walls.u / half_height,", "0.5 * walls.u / half_height,", ("shear_band_program",)),
-    M("snapshot of sbar: weight of q^2 3 -> 1", STATIC + "run.cpp",
-      "3.0 * q * q", "q * q", ("shear_band_program",)),
+    M("snapshot of sbar: weight of q^2 3 -> 1", STATIC + "output.cpp",
+      "3.0 * q * q", "q * q", ("snapshot_fields", "shear_band_program")),
     M("automatic tolerance h^3 -> h^2", STATIC + "options.cpp",
       "std::pow(252.0 * h, 3.0)", "std::pow(252.0 * h, 2.0)", ("quasistatic_options",)),
     M("automatic dt 0.5e4 -> 0.6e4", STATIC + "options.cpp",

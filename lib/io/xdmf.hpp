@@ -2,7 +2,7 @@
 #pragma once
 // Private: what ParaView is told of a file of snapshots.
 //
-// ParaView has two readers of XDMF, and neither reads all of it. What both read, and VisIt and PyVista with the first of them:
+// ParaView has two readers of XDMF, and neither reads all of it. What both of ParaView 5.11 read:
 //   - cells as quadrilaterals with their corners: of a rectilinear grid in a plane Xdmf3ReaderS takes the axes in the reverse
 //     order, and of a structured one XDMFReader cannot read vectors at corners;
 //   - points with a topology that lists them: without it Xdmf3ReaderS makes no cells, and shows nothing;

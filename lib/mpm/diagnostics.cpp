@@ -24,8 +24,7 @@ SymmetricTensor mean_stress(const Particles& particles) {
     double volume = 0.0;
     for (std::size_t p = 0; p < particles.size(); ++p) {
         const double mine = particles.mass[p] / particles.density[p];
-        sum = sum + mine * SymmetricTensor{particles.stress_xx[p], particles.stress_yy[p], particles.stress_zz[p],
-                                           particles.stress_xy[p]};
+        sum = sum + mine * stress_of(particles, p);
         volume += mine;
     }
     return volume > 0.0 ? 1.0 / volume * sum : SymmetricTensor{};
@@ -35,8 +34,7 @@ Energies energies_of(const Scene& scene, const Particles& particles) {
     Energies sum;
     for (std::size_t p = 0; p < particles.size(); ++p) {
         const double vx = particles.velocity_x[p], vy = particles.velocity_y[p], mass = particles.mass[p];
-        const SymmetricTensor stress{particles.stress_xx[p], particles.stress_yy[p], particles.stress_zz[p],
-                                     particles.stress_xy[p]};
+        const SymmetricTensor stress = stress_of(particles, p);
         const Law& law = scene.materials[static_cast<std::size_t>(particles.material[p])].law;
         const SymmetricTensor strain = elastic_strain(law->elasticity(), stress);
         sum.kinetic += 0.5 * mass * (vx * vx + vy * vy);
@@ -218,8 +216,7 @@ PressureOscillation pressure_oscillation(const Grid& grid, const Particles& part
         const double slope_y = slope(j > 0 ? &at(i, j - 1) : nullptr, j + 1 < grid.cells_y ? &at(i, j + 1) : nullptr, &Mean::y);
         const double rest =
             pressure(p) - mean.pressure - slope_x * (particles.x[p] - mean.x) - slope_y * (particles.y[p] - mean.y);
-        const double q =
-            equivalent_stress({particles.stress_xx[p], particles.stress_yy[p], particles.stress_zz[p], particles.stress_xy[p]});
+        const double q = equivalent_stress(stress_of(particles, p));
         const double volume = particles.mass[p] / particles.density[p];
         oscillation += volume * rest * rest;
         shear += volume * q * q;

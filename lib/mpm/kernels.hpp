@@ -342,10 +342,6 @@ private:
         return {transfer_.factors_x(p), transfer_.factors_y(p), axisymmetric ? inverse_radius_[p] : 0.0};
     }
 
-    static SymmetricTensor stress_of(const Particles& particles, std::size_t p) {
-        return {particles.stress_xx[p], particles.stress_yy[p], particles.stress_zz[p], particles.stress_xy[p]};
-    }
-
     [[gnu::DUCTILE_ALWAYS_INLINE]] static Local gather(const Run& run, std::span<const double> nodal) {
         Local local;
         for (int k = 0; k < seen; ++k) {

@@ -57,7 +57,7 @@ Derived derive(const Grid& grid, const Particles& start, const Particles& now) {
         const double dx = now.x[p] - start.x[first];
         derived.displacement_x.push_back(grid.periodic() ? std::remainder(dx, grid.width) : dx);
         derived.displacement_y.push_back(now.y[p] - start.y[first]);
-        const SymmetricTensor stress{now.stress_xx[p], now.stress_yy[p], now.stress_zz[p], now.stress_xy[p]};
+        const SymmetricTensor stress = stress_of(now, p);
         derived.pressure.push_back(-trace(stress) / 3.0);
         derived.von_mises.push_back(equivalent_stress(stress));
         derived.volume.push_back(now.mass[p] / now.density[p]);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 #include <ductile/base/aligned.hpp>
+#include <ductile/material/symmetric_tensor.hpp>
 
 #include <array>
 #include <cstddef>
@@ -41,6 +42,11 @@ struct Particles {
     void permute(std::span<const std::int32_t> order, PermutationBuffers& buffers);
     [[nodiscard]] std::size_t memory_bytes() const;
 };
+
+/// Of one particle [Pa].
+[[nodiscard]] inline SymmetricTensor stress_of(const Particles& particles, std::size_t p) {
+    return {particles.stress_xx[p], particles.stress_yy[p], particles.stress_zz[p], particles.stress_xy[p]};
+}
 
 /// The arrays of numbers that all particles have, by their names in checkpoints; `P` is Particles, const or not.
 template <class P> [[nodiscard]] auto common_arrays(P& p) {

@@ -101,12 +101,21 @@ std::vector<std::string> AccuracyWatch::warnings() const {
 
 std::optional<std::string> AccuracyWatch::ledger_warning(double elastic_energy, const EnergyFlow& passed) const {
     const double relative = relative_energy_error(elastic_energy, passed);
-    if (std::abs(relative) <= doubtful_energy)
-        return std::nullopt;
-    return fmt::format("the ledger of energy does not close: {:.2g} of the work of the walls is unaccounted for, {}", relative,
-                       std::abs(passed.transport) > 0.5 * std::abs(energy_error(elastic_energy, passed))
-                           ? "most of it because the cells are too coarse for what is advected: use more --cells"
-                           : fmt::format("because of the steps: {}", remedy));
+    const double scale = std::max(elastic_energy_, work_magnitude_), by_advection = scale > 0.0 ? passed.transport / scale : 0.0;
+    const double by_steps = relative - by_advection;
+    const auto doubtful = [](double part) { return !(std::abs(part) <= doubtful_energy); };
+    if (doubtful(relative))
+        return fmt::format("the ledger of energy does not close: {:.2g} of the work of the walls is unaccounted for, {}",
+                           relative,
+                           std::abs(by_advection) > 0.5 * std::abs(relative)
+                               ? "most of it because the cells are too coarse for what is advected: use more --cells"
+                               : fmt::format("because of the steps: {}", remedy));
+    if (doubtful(by_advection) && doubtful(by_steps))
+        return fmt::format(
+            "the ledger of energy closes only because two errors cancel, {:.2g} of the work of the walls by advection and "
+            "{:.2g} by the steps: use more --cells, and {}",
+            by_advection, by_steps, remedy);
+    return std::nullopt;
 }
 
 std::vector<std::pair<std::string, double*>> AccuracyWatch::hidden_numbers() {

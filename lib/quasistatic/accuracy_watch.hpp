@@ -56,7 +56,7 @@ public:
 
     /// Sentences for the end of the run, with figures and what to change.
     [[nodiscard]] std::vector<std::string> warnings() const;
-    /// That of a ledger that does not close; none if it does.
+    /// That of a ledger that does not close, or does because what advection and what the steps leave open cancel; none otherwise.
     [[nodiscard]] std::optional<std::string> ledger_warning(double elastic_energy, const EnergyFlow& passed) const;
 
     /// The numbers that a checkpoint must hold.
