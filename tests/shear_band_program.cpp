@@ -413,6 +413,16 @@ TEST_CASE("a restart of a restart gives the bits of the uninterrupted run") {
     compare(stops + Arguments{"--plasticity", "perzyna", "--initial", "uniform", "--initial-base", "0", "--history-every", "3"});
 }
 
+TEST_CASE("snapshots that begin after a restart say that they lack what has accumulated") {
+    const scratch::Folder folder;
+    run_well(quick + Arguments{"--duration", "0.3", "--snapshots", "", "--output", folder / "run"});
+    run_well({"--restart", folder / "run/checkpoint.h5", "--duration", "0.5", "--snapshots", "0.5"});
+    const auto warnings = summary(folder / "run")["warnings"];
+    REQUIRE(warnings.size() == 1);
+    CHECK(contains(warnings[0].get<std::string>(), "the snapshots lack the accumulated plastic strain"));
+    CHECK_FALSE(result_in(folder / "run").arrays.contains("snapshots/000000/displacement_x"));
+}
+
 TEST_CASE("a continued run may write into another folder and leaves the first one as it was") {
     const scratch::Folder folder;
     run_well(quick + Arguments{"--output", folder / "whole"});

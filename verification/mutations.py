@@ -31,6 +31,11 @@ MUTATIONS = (
       ("mpm_discretisation",)),
     M("weno3: the weights of the stencils swapped", SPACE + "transport.hpp",
       "numerator = by_here * by_here;", "numerator = by_upwind * by_upwind;", ("transport",)),
+    # --- what accumulates on the grid
+    M("accumulation: what is carried along with a sign", STATIC + "accumulation.cpp",
+      "Term{&carried_, dt}}, y);", "Term{&carried_, -dt}}, y);", ("accumulation",)),
+    M("accumulation: the plastic strain of simple shear, not the equivalent one", SPACE + "space.cpp",
+      "std::numbers::inv_sqrt3 / medium_", "1.0 / medium_", ("accumulation", "snapshot_fields")),
     # --- ledgers of energy
     M("ledger: advection's power with a sign", SPACE + "staggered_space.cpp",
       "s * s_rate + tau * tau_rate", "s * s_rate - tau * tau_rate", ("energy_ledger",)),

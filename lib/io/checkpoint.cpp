@@ -114,6 +114,8 @@ std::int64_t CheckpointReader::counter(const std::string& name) const { return c
 
 std::string CheckpointReader::text(const std::string& name) const { return file_.text_attribute("texts", name); }
 
+bool CheckpointReader::has_array(const std::string& name) const { return file_.contains(in_group("arrays", name)); }
+
 void CheckpointReader::read_array(const std::string& name, const MutableArrayView& values) const {
     const std::string object = in_group("arrays", name);
     if (file_.contains(object)) {

@@ -57,6 +57,7 @@ public:
     [[nodiscard]] double scalar(const std::string& name) const;
     [[nodiscard]] std::int64_t counter(const std::string& name) const;
     [[nodiscard]] std::string text(const std::string& name) const;
+    [[nodiscard]] bool has_array(const std::string& name) const;
     /// Fills the view, whose shape must be that of the stored array.
     void read_array(const std::string& name, const MutableArrayView& values) const;
     [[nodiscard]] std::vector<double> vector(const std::string& name) const;

@@ -33,6 +33,11 @@ void describe(const Scene& scene, State& state, StepControl& control, AccuracyWa
         content.arrays.emplace_back(name, view(*field));
 }
 
+void describe(Accumulation& accumulation, io::Checkpoint& content) {
+    for (const auto& [name, field] : accumulation.named_fields())
+        content.arrays.emplace_back(name, view(*field));
+}
+
 State read_state(const io::CheckpointReader& checkpoint, const Scene& scene, const Space& space) {
     const Grid& grid = scene.grid;
     checkpoint.require_cells({grid.cells_x, grid.cells_y});
@@ -66,6 +71,15 @@ void restore(const io::CheckpointReader& checkpoint, const Scene& scene, const T
         for (const auto& [name, value] : numbers)
             *value = checkpoint.scalar(name);
     control.resume();
+}
+
+bool restore(const io::CheckpointReader& checkpoint, Accumulation& accumulation) {
+    const auto fields = accumulation.named_fields();
+    if (!checkpoint.has_array(fields.front().first))
+        return false;
+    for (const auto& [name, field] : fields)
+        read_field(checkpoint, name, *field);
+    return true;
 }
 
 } // namespace ductile::quasistatic

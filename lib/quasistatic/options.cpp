@@ -16,12 +16,17 @@ namespace {
 /// Half the height: the L of the paper, whose domain is [-L, L]^2.
 double length_unit(const Options& o) { return 0.5 * o.height; }
 
-/// What a run holds besides the stepper: the field that a snapshot derives, and the program with its libraries.
-double overhead_bytes(const Grid& grid) { return 8.0 * grid.cells_x * grid.cells_y + 20e6; }
+/// What a run holds besides the stepper: the fields that a snapshot derives, what accumulates for it, and the program with its
+/// libraries.
+double overhead_bytes(const Options& o) {
+    const bool snapshots = !o.snapshots.empty() || o.snapshots_every > 0.0;
+    const double fields = !snapshots ? 0.0 : o.model == Model::full ? 45.0 : 33.0;
+    return 8.0 * fields * o.cells.x * o.cells.y + 20e6;
+}
 
-void check_memory(const Grid& grid, const std::string& scheme) {
-    require_memory(scheme_named(scheme).fields * 8.0 * grid.cells_x * grid.cells_y + overhead_bytes(grid),
-                   fmt::format("--cells {}x{}", grid.cells_x, grid.cells_y), "use fewer cells");
+void check_memory(const Options& o) {
+    require_memory(scheme_named(o.scheme).fields * 8.0 * o.cells.x * o.cells.y + overhead_bytes(o),
+                   fmt::format("--cells {}x{}", o.cells.x, o.cells.y), "use fewer cells");
 }
 
 void declare_domain(io::Program& program, Options& o) {
@@ -196,7 +201,7 @@ Scene make_scene(const Options& o) {
         .model = o.model,
         .walls = make_walls(o, units)};
     check(scene.grid);
-    check_memory(scene.grid, o.scheme);
+    check_memory(o);
     return scene;
 }
 
@@ -339,7 +344,7 @@ std::string describe(const Options& o, const Scene& scene, const TimeStepper& st
         scheme_named(o.scheme).meaning, o.step == StepChoice::fixed ? "fixed" : "adaptive",
         o.space.solver == SolverKind::cholesky ? "cholesky" : "fourier",
         o.space.stiffness == Stiffness::exact ? "exact" : "fully integrated",
-        (static_cast<double>(stepper.memory_bytes()) + overhead_bytes(g)) * 1e-6, threads, threads == 1 ? "" : "s");
+        (static_cast<double>(stepper.memory_bytes()) + overhead_bytes(o)) * 1e-6, threads, threads == 1 ? "" : "s");
 }
 
 } // namespace ductile::quasistatic

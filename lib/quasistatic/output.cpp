@@ -11,12 +11,6 @@ namespace ductile::quasistatic {
 
 namespace {
 
-/// sbar
-double magnitude_of(const StressField& stress, int i, int j) {
-    const double s = stress.s(i, j), tau = stress.tau(i, j), q = stress.q(i, j);
-    return std::sqrt(s * s + tau * tau + 3.0 * q * q);
-}
-
 /// What a snapshot holds beside the state, at cells.
 struct Derived {
     explicit Derived(const Grid& grid) {
@@ -27,37 +21,28 @@ struct Derived {
     Field magnitude, von_mises, xx, yy, zz, plastic_rate, velocity_x, velocity_y;
 };
 
-/// Of the corners of a cell.
-double mean_of_corners(const Field& corners, int i, int j) {
-    const int right = (i + 1) % corners.columns();
-    return 0.25 * (corners(i, j) + corners(right, j) + corners(i, j + 1) + corners(right, j + 1));
-}
-
 Derived derive(const Scene& scene, Space& space, const State& state) {
     Derived derived(scene.grid);
     const StressField& stress = state.cells.stress;
-    CellState rate = space.make_cells();
-    space.plastic_rate(state.cells, rate);
-    const double two_mu = 2.0 * scene.law->elasticity().shear_modulus;
+    CellState room = space.make_cells();
+    space.plastic_strain_rate(state.cells, room, derived.plastic_rate);
+    space.at_points(state.velocity, derived.velocity_x, derived.velocity_y);
     for (int j = 0; j < scene.grid.cells_y; ++j)
         for (int i = 0; i < scene.grid.cells_x; ++i) {
-            const double p = stress.p(i, j), s = stress.s(i, j), q = stress.q(i, j);
-            derived.magnitude(i, j) = magnitude_of(stress, i, j);
+            const double p = stress.p(i, j), s = stress.s(i, j), tau = stress.tau(i, j), q = stress.q(i, j);
+            derived.magnitude(i, j) = std::sqrt(s * s + tau * tau + 3.0 * q * q); // sbar
             derived.von_mises(i, j) = std::numbers::sqrt3 * derived.magnitude(i, j);
             derived.xx(i, j) = -p + s - q;
             derived.yy(i, j) = -p - s - q;
             derived.zz(i, j) = -p + 2.0 * q;
-            derived.plastic_rate(i, j) = 2.0 * std::numbers::inv_sqrt3 * magnitude_of(rate.stress, i, j) / two_mu;
-            derived.velocity_x(i, j) = mean_of_corners(state.velocity.u, i, j);
-            derived.velocity_y(i, j) = mean_of_corners(state.velocity.v, i, j);
         }
     return derived;
 }
 
 } // namespace
 
-void write_snapshot(const Scene& scene, Space& space, const State& state, double time_s, std::int64_t step,
-                    io::SnapshotWriter& snapshots) {
+void write_snapshot(const Scene& scene, Space& space, const State& state, const std::optional<Accumulated>& accumulated,
+                    double time_s, std::int64_t step, io::SnapshotWriter& snapshots) {
     using enum io::Centring;
     const Units& u = scene.units;
     const CellState& cells = state.cells;
@@ -77,6 +62,11 @@ void write_snapshot(const Scene& scene, Space& space, const State& state, double
                        io::SnapshotField{"velocity_y", "m/s", corner, view(state.velocity.v), u.velocity()},
                        io::SnapshotField{"cell_velocity_x", "m/s", cell, view(derived.velocity_x), u.velocity()},
                        io::SnapshotField{"cell_velocity_y", "m/s", cell, view(derived.velocity_y), u.velocity()}};
+    if (accumulated) {
+        fields.push_back({"accumulated_plastic_strain", "1", cell, view(accumulated->plastic_strain)});
+        fields.push_back({"displacement_x", "m", cell, view(accumulated->displacement_x), u.length});
+        fields.push_back({"displacement_y", "m", cell, view(accumulated->displacement_y), u.length});
+    }
     const auto variables = scene.law->variables();
     for (std::size_t k = 0; k < variables.size(); ++k)
         fields.push_back({std::string(variables[k].name), std::string(variables[k].unit), cell, view(cells.internal[k]),

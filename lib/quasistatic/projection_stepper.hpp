@@ -55,6 +55,7 @@ public:
     [[nodiscard]] Space& space() const override { return *space_; }
     void adopt(State& state) const override;
     StepAttempt attempt(State& state, double dt, double end, const Judge& judge, const Within& within) override;
+    [[nodiscard]] bool leaves_velocity_of_middle() const override { return true; }
     [[nodiscard]] double frozen_transport(State& state) override;
     [[nodiscard]] StepperCounts counts() const override;
     [[nodiscard]] PhaseSeconds phase_seconds() const override;

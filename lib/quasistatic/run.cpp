@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <ductile/base/error.hpp>
 #include <ductile/io/interrupt.hpp>
+#include <ductile/quasistatic/accumulation.hpp>
 #include <ductile/quasistatic/accuracy_watch.hpp>
 #include <ductile/quasistatic/checkpoint.hpp>
 #include <ductile/quasistatic/output.hpp>
@@ -10,6 +11,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 namespace ductile::quasistatic {
 
@@ -18,17 +20,29 @@ namespace {
 /// Steps of SUNDIALS whose errors add up to more than ten times the tolerance: 15,000 came to eight times.
 constexpr std::int64_t many_steps = 15'000;
 
+/// Pieces of a step that is a whole integration by another library, for what accumulates along it.
+constexpr int pieces_of_own_step = 16;
+
 class GridRun final : public run::Simulation {
 public:
-    GridRun(const Scene& scene, State& state, TimeStepper& stepper, StepControl& control, const io::CheckpointReader* checkpoint)
+    GridRun(const Scene& scene, State& state, TimeStepper& stepper, StepControl& control, bool takes_snapshots,
+            const io::CheckpointReader* checkpoint)
         : scene_(scene), state_(state), stepper_(stepper), control_(control), space_(stepper.space()), watch_(scene, space_),
           force_(space_.make_velocity()) {
+        if (takes_snapshots)
+            accumulation_.emplace(scene_, space_, state_, stepper_.leaves_velocity_of_middle());
         if (!checkpoint) {
             watch_.begin(state_);
             control_.start(stepper_.time_scale(state_));
             return;
         }
         restore(*checkpoint, scene_, stepper_, state_, control_, watch_);
+        if (accumulation_ && !restore(*checkpoint, *accumulation_)) {
+            accumulation_.reset();
+            warnings_.emplace_back(
+                "the snapshots lack the accumulated plastic strain and the displacement, because the run that left "
+                "the checkpoint took none: give it --snapshots to have them");
+        }
         last_dt_ = checkpoint->scalar("last_dt");
         last_measure_ = checkpoint->scalar("last_measure");
     }
@@ -49,17 +63,24 @@ public:
         for (auto time_s = output_times_s.rbegin(); time_s + 1 != output_times_s.rend(); ++time_s)
             if (const double time = *time_s / scene_.units.time; time < step_.end - 1e-12 * end)
                 times_within_.push_back(time);
+        begin_accumulation();
         const auto show = [&](const State& at) {
-            shown_ = &at;
-            output();
-            shown_ = nullptr;
+            if (std::ranges::binary_search(times_within_, at.time)) {
+                shown_ = &at;
+                output();
+                shown_ = nullptr;
+            }
+            if (std::ranges::binary_search(pieces_, at.time))
+                accumulation_->pass(at);
         };
+        std::vector<double> passed;
+        std::ranges::set_union(times_within_, pieces_, std::back_inserter(passed));
         judged_ = false;
         const StepControl before = control_;
         StepAttempt attempt;
         try {
             attempt = stepper_.attempt(state_, step_.dt, step_.end, [&](const StepAttempt& made) { return judge(made); },
-                                       {times_within_, show});
+                                       {passed, show});
         } catch (const RunError&) {
             shown_ = nullptr;
             if (judged_) { // no number means anything from here on, and the step is not made
@@ -78,6 +99,8 @@ public:
         relaxation_steps_ += step_.limit == StepLimit::relaxation ? 1 : 0;
         last_dt_ = step_.dt;
         last_measure_ = attempt.measure;
+        if (accumulation_)
+            accumulation_->end(state_);
         return true;
     }
 
@@ -141,11 +164,18 @@ public:
             io::SnapshotConstants{{"time_unit_s", scene_.units.time}, {"yield_stress_Pa", scene_.units.stress}});
     }
 
-    void snapshot(double time_s) override { write_snapshot(scene_, space_, shown(), time_s, state_.step, *snapshots_); }
+    void snapshot(double time_s) override {
+        std::optional<Accumulated> accumulated;
+        if (accumulation_)
+            accumulated.emplace(shown_ ? accumulation_->at(*shown_) : accumulation_->now());
+        write_snapshot(scene_, space_, shown(), accumulated, time_s, state_.step, *snapshots_);
+    }
 
     void describe(io::Checkpoint& content) override {
         content.scalars = {{"last_dt", last_dt_}, {"last_measure", last_measure_}};
         quasistatic::describe(scene_, state_, control_, watch_, content);
+        if (accumulation_)
+            quasistatic::describe(*accumulation_, content);
     }
     [[nodiscard]] int checkpoint_format() const override { return quasistatic::checkpoint_format; }
 
@@ -184,8 +214,8 @@ public:
                 "SUNDIALS took {} steps; each keeps the tolerance, and the errors of so many add up (109,000 came to 57 times "
                 "the tolerance): take --scheme auto, or a tighter --tolerance",
                 steps));
-        const std::vector<std::string> warnings = watch_.warnings();
-        summary.warnings.insert(summary.warnings.end(), warnings.begin(), warnings.end());
+        for (const std::vector<std::string>& warnings : {warnings_, watch_.warnings()})
+            summary.warnings.insert(summary.warnings.end(), warnings.begin(), warnings.end());
         if (const std::optional<std::string> warning = watch_.ledger_warning(elastic_energy, passed))
             summary.warnings.push_back(*warning);
     }
@@ -195,6 +225,14 @@ private:
     [[nodiscard]] double joule() const { return scene_.units.stress * scene_.units.length * scene_.units.length; }
     /// What is written.
     [[nodiscard]] const State& shown() const { return shown_ ? *shown_ : state_; }
+    void begin_accumulation() {
+        pieces_.clear();
+        if (!accumulation_)
+            return;
+        accumulation_->begin(state_);
+        for (int k = 1; control_.steps_are_own() && k < pieces_of_own_step; ++k)
+            pieces_.push_back(state_.time + step_.dt * k / pieces_of_own_step);
+    }
     /// Throws RunError where the run must end.
     [[nodiscard]] bool judge(const StepAttempt& made) {
         judged_ = true;
@@ -210,11 +248,13 @@ private:
     StepControl& control_;
     Space& space_;
     AccuracyWatch watch_;
-    VectorField force_; // room for the residual of equilibrium
+    VectorField force_;                        // room for the residual of equilibrium
+    std::optional<Accumulation> accumulation_; // where snapshots are taken
     std::optional<io::SnapshotWriter> snapshots_;
+    std::vector<std::string> warnings_;
     StepControl::Step step_;
     bool judged_ = false;                       // the attempted step
-    std::vector<double> times_within_;          // it, to be shown
+    std::vector<double> times_within_, pieces_; // it, to be shown, and where its pieces end
     const State* shown_ = nullptr;              // unless it is state_
     double last_dt_ = 0.0, last_measure_ = 0.0; // of the last accepted step
     std::int64_t rejected_steps_ = 0, relaxation_steps_ = 0;
@@ -224,7 +264,7 @@ private:
 
 io::RunStatus run(const Scene& scene, State& state, TimeStepper& stepper, StepControl& control, const run::Outputs& outputs,
                   const run::Files& files, io::RunSummary& summary) {
-    GridRun grid_run(scene, state, stepper, control, files.checkpoint);
+    GridRun grid_run(scene, state, stepper, control, !outputs.snapshots_s.empty(), files.checkpoint);
     return run::loop(grid_run, outputs, files, summary);
 }
 

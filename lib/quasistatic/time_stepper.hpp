@@ -82,6 +82,9 @@ public:
     /// A step that is accepted has shown what is `within` it; that it was asked for changes no bit of the step.
     virtual StepAttempt attempt(State& state, double dt, double end, const Judge& judge, const Within& within = {}) = 0;
 
+    /// Whether the velocity that a step leaves is that of its middle, and its mean to second order; otherwise it is that of its
+    /// end.
+    [[nodiscard]] virtual bool leaves_velocity_of_middle() const { return false; }
     /// What a step from `state`, at the end of one, is off by because it takes spin and advection of its start for those of all
     /// its length dt, over dt^2: [spin - advection]^2 y/2 in the norm (59). Zero where a scheme does not.
     [[nodiscard]] virtual double frozen_transport(State& state) {

@@ -7,6 +7,8 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numbers>
+#include <utility>
 
 namespace ductile {
 
@@ -88,6 +90,19 @@ void Space::plastic_rate(const CellState& cells, CellState& rate) {
     });
     rate.wall = {};
     rate.energy = sum_of_powers();
+}
+
+void Space::plastic_strain_rate(const CellState& cells, CellState& room, Field& rate) {
+    plastic_rate(cells, room); // of -2 mu D^pl, whose magnitude is sqrt(2) times this
+    const double factor = std::numbers::inv_sqrt3 / medium_.law->elasticity().shear_modulus;
+    for_each_row({grid_.cells_y, grid_.cells_x}, [&](int j) {
+        const auto row = flow_rows(std::as_const(room), j);
+        double* const out = rate.row(j);
+        for (int i = 0; i < grid_.cells_x; i += pack_size)
+            store(Pack(factor) * square_root(deviatoric_square(
+                                     std::array{load(row.row[0] + i), load(row.row[1] + i), load(row.row[2] + i)})),
+                  out + i);
+    });
 }
 
 Rk21Counts Space::relax(CellState& sources, double duration, const Rk21Options& options, CellState& cells) {

@@ -121,6 +121,8 @@ public:
     /// Leaves the walls as they are.
     virtual void unpack_interior(std::span<const double> values, double factor, VectorField& velocity) const = 0;
     virtual void set_walls(const Velocity& upper, VectorField& velocity) const = 0;
+    /// The velocity at the points, where stress lives, without images.
+    virtual void at_points(const VectorField& velocity, Field& u, Field& v) const = 0;
     [[nodiscard]] virtual std::size_t memory_bytes() const = 0; ///< factors, plans and work space
 
     // what happens point by point
@@ -152,6 +154,9 @@ public:
 
     /// rate = (-C : D^pl, dchi/dt), Eqs. (20), (21), and its dissipation; nothing else.
     void plastic_rate(const CellState& cells, CellState& rate);
+    /// The equivalent one, sqrt(2/3 D^pl : D^pl), which makes with the stress of von Mises the plastic power, without images;
+    /// `room` to work in has the shape of `cells`.
+    void plastic_strain_rate(const CellState& cells, CellState& room, Field& rate);
     /// Takes `cells` over `duration` by (sources + plastic rate) with constant sources, every cell that flows in its own RK2(1)
     /// substeps. The memory of `sources` is used up.
     Rk21Counts relax(CellState& sources, double duration, const Rk21Options& options, CellState& cells);

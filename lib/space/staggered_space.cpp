@@ -147,6 +147,7 @@ public:
     void pack_interior(const VectorField& velocity, double factor, std::span<double> values) const override;
     void unpack_interior(std::span<const double> values, double factor, VectorField& velocity) const override;
     void set_walls(const Velocity& upper, VectorField& velocity) const override;
+    void at_points(const VectorField& velocity, Field& u, Field& v) const override;
     [[nodiscard]] std::size_t memory_bytes() const override { return solver_->memory_bytes(); }
 
 protected:
@@ -328,6 +329,14 @@ void StaggeredSpace::set_walls(const Velocity& upper, VectorField& velocity) con
             std::fill_n(field->row(row), grid().cells_x, value);
             field->wrap_row(row);
         }
+}
+
+void StaggeredSpace::at_points(const VectorField& velocity, Field& u, Field& v) const {
+    for_each_row({grid().cells_y, grid().cells_x}, [&](int j) {
+        for (const auto& [corners, cells] : {std::pair{&velocity.u, &u}, std::pair{&velocity.v, &v}})
+            for (int i = 0; i < grid().cells_x; i += pack_size)
+                store(Corners(corners->row(j) + i, corners->row(j + 1) + i).mean(), cells->row(j) + i);
+    });
 }
 
 } // namespace
