@@ -322,6 +322,8 @@ TEST_CASE("the summary says everything, in order") {
     CHECK(json["warnings"] == std::vector<std::string>{"the energy ledger is open by 2 %: use a smaller --dt"});
     CHECK(json["parameters"]["dt"] == 0.5);
     CHECK(json["phase_seconds"].begin().key() == "transfer");
+    for (const char* key : {"commit", "compiler", "machine"})
+        CHECK(json[key].get<std::string>().size() > 6);
     for (const char* key : {"program", "version", "steps", "rejected_steps", "elliptic_solves", "pointwise_substeps",
                             "newton_iterations", "linear_iterations", "residual_evaluations", "jacobian_products", "wall_seconds",
                             "processor_seconds", "peak_memory_bytes"})

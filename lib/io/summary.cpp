@@ -2,6 +2,7 @@
 #include <ductile/io/atomic_file.hpp>
 #include <ductile/io/summary.hpp>
 #include <ductile/io/text.hpp>
+#include <ductile/io/version.hpp>
 
 #include <fmt/format.h>
 
@@ -66,6 +67,9 @@ nlohmann::ordered_json to_json(const RunSummary& summary) {
     nlohmann::ordered_json json;
     json["program"] = summary.program;
     json["version"] = summary.version;
+    json["commit"] = commit();
+    json["compiler"] = compiler();
+    json["machine"] = machine();
     json["status"] = name(summary.status);
     if (!summary.reason.empty())
         json["reason"] = summary.reason;
