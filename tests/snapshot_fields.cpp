@@ -99,6 +99,29 @@ TEST_CASE_FIXTURE(fields::OneThread, "grid: the stress in x, y, z is that of p, 
     CHECK(xy[7] == state.cells.stress.tau(2, 1) * 0.85e9);
 }
 
+TEST_CASE_FIXTURE(fields::OneThread, "grid: stress_xy is a second name of tau, in a continued file, too") {
+    const quasistatic::Scene scene = fields::scene_on({5, 4, 2.0, 3.0}, quasistatic::Model::full, {2e-7, 0.0});
+    quasistatic::State state =
+        fields::initial_state(scene, initial_internal(scene.grid, quasistatic::Uniform{0.03}, scene.law->variables()[0]));
+    std::mt19937 engine(7);
+    fields::fill_randomly(state.cells.stress.tau, engine, -0.5, 0.5);
+    const GridFile file(scene, state);
+    const std::vector<double> tau = file("tau");
+    const auto check = [&] {
+        const auto offset_of = [&](const char* name) {
+            return io::Hdf5File::open(file.folder / "fields.h5").byte_offset(std::string("snapshots/000000/") + name);
+        };
+        CHECK(offset_of("stress_xy") == offset_of("tau"));
+        CHECK(file("stress_xy") == tau);
+        CHECK(file("tau") == tau);
+        CHECK(file.read("views/000000/stress").values[1] == tau[0]);
+    };
+    check();
+    io::SnapshotWriter(file.folder / "fields.h5", "test", {5, 4, 2.0, 3.0, 0.0, 0.0},
+                       io::EarlierSnapshots{.fields = file.folder / "fields.h5", .until_s = 1.0, .count = 1});
+    check();
+}
+
 TEST_CASE_FIXTURE(fields::OneThread,
                   "grid: the plastic strain rate is the law's, and makes the plastic power; none below yield") {
     for (const Law& law :

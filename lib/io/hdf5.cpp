@@ -269,6 +269,11 @@ void Hdf5File::write_view(const std::string& name, std::span<const std::string> 
     make_dataset(id_, path_, name, H5T_NATIVE_DOUBLE, space, creation);
 }
 
+void Hdf5File::link(const std::string& name, const std::string& dataset) {
+    if (H5Lcreate_hard(id_, dataset.c_str(), id_, name.c_str(), H5P_DEFAULT, H5P_DEFAULT) < 0)
+        fail_to_write(path_, name);
+}
+
 void Hdf5File::write_constant(const std::string& name, double value, const std::vector<std::size_t>& shape) {
     const std::vector<hsize_t> extents(shape.begin(), shape.end());
     const Id space(H5Screate_simple(static_cast<int>(extents.size()), extents.data(), nullptr), H5Sclose);

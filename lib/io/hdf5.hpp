@@ -57,6 +57,8 @@ public:
     /// A dataset without values of its own that shows others of this file as the components of a vector: component c, along a
     /// last extent of its own, is parts[c], of doubles and this shape; an empty name is zero.
     void write_view(const std::string& name, std::span<const std::string> parts, const std::vector<std::size_t>& shape);
+    /// A second name of a dataset, which takes no room.
+    void link(const std::string& name, const std::string& dataset);
     /// A dataset of doubles that are all the same: it takes no room.
     void write_constant(const std::string& name, double value, const std::vector<std::size_t>& shape);
     void write_bytes(const std::string& name, std::string_view bytes);

@@ -163,7 +163,7 @@ void SnapshotFile::append(StoredSnapshot snapshot,
                           const std::function<void(Hdf5File& file, const std::string& path, std::size_t dataset)>& write) {
     std::size_t bytes = overhead_bytes;
     for (const SnapshotDataset& dataset : snapshot.datasets)
-        bytes += sizeof(double) * dataset.values() + overhead_bytes +
+        bytes += (dataset.same_as.empty() ? sizeof(double) * dataset.values() : 0) + overhead_bytes +
                  (is_point_set(dataset) ? sizeof(std::int64_t) * dataset.shape.front() + 4 * overhead_bytes : 0);
     bytes += overhead_bytes * composites_of(snapshot).size();
     reserve(bytes);
@@ -175,6 +175,10 @@ void SnapshotFile::append(StoredSnapshot snapshot,
     for (std::size_t d = 0; d < snapshot.datasets.size(); ++d) {
         const SnapshotDataset& dataset = snapshot.datasets[d];
         const std::string path = snapshot.group + "/" + dataset.name;
+        if (!dataset.same_as.empty()) {
+            file.link(path, snapshot.group + "/" + dataset.same_as);
+            continue;
+        }
         write(file, path, d);
         file.set_attribute(path, "units", dataset.units);
         if (!dataset.centring.empty())
@@ -200,13 +204,15 @@ void SnapshotFile::append(StoredSnapshot snapshot,
 void SnapshotFile::add(double time_s, std::int64_t step, std::vector<SnapshotDataset> datasets,
                        const std::function<void(Hdf5File& file, const std::string& path, std::size_t dataset)>& write) {
     append({.time_s = time_s, .step = step, .datasets = std::move(datasets)}, write);
-    describe();
+    if (16 * (snapshots_.size() - described_) >= snapshots_.size())
+        describe();
 }
 
-void SnapshotFile::describe() const {
+void SnapshotFile::describe() {
     fs::path path = final_;
     path.replace_extension(".xdmf");
     write_text_atomically(path, kind_.xdmf((finished_ ? final_ : partial_).filename().string(), snapshots_));
+    described_ = snapshots_.size();
 }
 
 void SnapshotFile::finish() {

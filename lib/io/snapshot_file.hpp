@@ -19,7 +19,8 @@ namespace ductile::io {
 /// snapshot_meshes.hpp), and the XDMF file beside it.
 ///
 /// While running the file has the ending .partial; it is complete and closed between two snapshots, so that others may read it
-/// and a killed run leaves it behind. finish() gives it its final name.
+/// and a killed run leaves it behind. finish() gives it its final name. The XDMF file, which can only be written whole, is
+/// written when a sixteenth of the snapshots is missing in it, and at the end: of many snapshots that is seldom.
 class SnapshotFile {
 public:
     /// What a kind of snapshots brings along.
@@ -59,11 +60,12 @@ private:
     void add_record(Hdf5File& file, const std::string& record);
     static void write_meshes(Hdf5File& file, const StoredSnapshot& snapshot);
     void reserve(std::size_t bytes) const;
-    void describe() const;
+    void describe();
 
     std::filesystem::path final_, partial_, path_; ///< path_: where the file is now
     Kind kind_;
     std::vector<StoredSnapshot> snapshots_;
+    std::size_t described_ = 0; ///< snapshots in the XDMF file
     RecordPlace newest_;
     std::string warning_;
     bool finished_ = false;

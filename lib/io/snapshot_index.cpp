@@ -126,8 +126,13 @@ SnapshotIndex read_index(const fs::path& path) {
             break;
         }
         StoredSnapshot snapshot{.group = record["group"], .time_s = record["time_s"], .step = record["step"]};
-        for (const Json& d : record["datasets"])
-            snapshot.datasets.push_back({d["name"], d["units"], d["centring"], d["shape"], d["offset"], d["checksum"]});
+        for (const Json& d : record["datasets"]) {
+            SnapshotDataset dataset{d["name"], d["units"], d["centring"], d["shape"], d["offset"], d["checksum"]};
+            if (const auto first = std::ranges::find(snapshot.datasets, dataset.offset, &SnapshotDataset::offset);
+                first != snapshot.datasets.end() && dataset.values() > 0)
+                dataset.same_as = first->name;
+            snapshot.datasets.push_back(std::move(dataset));
+        }
         index.snapshots.push_back(std::move(snapshot));
         const Json& previous = record["previous"];
         place = {previous[0], previous[1], previous[2]};

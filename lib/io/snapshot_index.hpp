@@ -25,6 +25,7 @@ struct SnapshotDataset {
     std::vector<std::size_t> shape = {}; ///< one or two extents
     std::uint64_t offset = 0;            ///< of its values in the file
     std::uint32_t checksum = 0;          ///< of their bytes
+    std::string same_as = {};            ///< the dataset of this snapshot that it is a second name of; or empty
 
     [[nodiscard]] std::size_t values() const;
 };

@@ -109,7 +109,8 @@ void SnapshotWriter::write(double time_s, std::int64_t step, std::span<const Sna
         datasets.push_back({.name = field.name,
                             .units = field.units,
                             .centring = field.centring == Centring::cell ? "cell" : "corner",
-                            .shape = {rows, columns}});
+                            .shape = {rows, columns},
+                            .same_as = field.same_as});
     }
     file().add(time_s, step, std::move(datasets), [&](Hdf5File& file, const std::string& path, std::size_t d) {
         const SnapshotField& field = fields[d];

@@ -36,6 +36,7 @@ struct SnapshotField {
     ArrayView values = {};
     double scale = 1.0;
     double offset = 0.0;
+    std::string same_as = {}; ///< an earlier field with these values, units and centring, of which the file gets a second name
 };
 
 /// Numbers that describe the whole file, written as attributes of its root; names carry units ("time_unit_s").

@@ -56,7 +56,7 @@ void write_snapshot(const Scene& scene, Space& space, const State& state, const 
                        io::SnapshotField{"stress_xx", "Pa", cell, view(derived.xx), u.stress},
                        io::SnapshotField{"stress_yy", "Pa", cell, view(derived.yy), u.stress},
                        io::SnapshotField{"stress_zz", "Pa", cell, view(derived.zz), u.stress},
-                       io::SnapshotField{"stress_xy", "Pa", cell, view(cells.stress.tau), u.stress},
+                       io::SnapshotField{"stress_xy", "Pa", cell, view(cells.stress.tau), u.stress, 0.0, "tau"},
                        io::SnapshotField{"plastic_strain_rate", "1/s", cell, view(derived.plastic_rate), 1.0 / u.time},
                        io::SnapshotField{"velocity_x", "m/s", corner, view(state.velocity.u), u.velocity()},
                        io::SnapshotField{"velocity_y", "m/s", corner, view(state.velocity.v), u.velocity()},
