@@ -98,8 +98,7 @@ class Quantity:
             high = max(abs(low), abs(high))
             low = -high
         if not high - low > 1e-6 * max(abs(high), 1e-300):  # one value, but for round-off
-            margin = 0.1 * abs(high) if high else 1.0
-            low, high = low - margin, high + margin
+            low, high = (low - 0.1 * abs(high), high + 0.1 * abs(high)) if high else (0.0, 1.0)
         self.limits, self.signed = (low, high), signed
         self.size = max(abs(smallest), abs(largest)) and max(abs(low), abs(high))
         self.colours = "RdBu_r" if signed else "viridis" if unit == "Pa" else "inferno"
@@ -527,18 +526,19 @@ def places(options, runs):
 
 def draw(options):
     runs = [Run(folder) for folder in options.out]
-    with_fields = [run for run in runs if run.carrier != "point"]
     asked_fields = bool(options.field or options.times or options.last or options.movie)
-    if asked_fields and len(with_fields) < len(runs):
+    if asked_fields and any(run.carrier == "point" for run in runs):
         raise ResultsError(f"{next(run for run in runs if run.carrier == 'point').folder}: material_point has no snapshots; "
                            "draw a --curve of its history")
+    with_fields = [run for run in runs if asked_fields or run.has_snapshots]
     do_fields, do_curve = asked_fields or not options.curve, bool(options.curve) or not asked_fields
     fields, curve = places(options, runs)
     if options.output and options.output.suffix and len(with_fields) * do_fields + do_curve > 1:
         raise ResultsError(f"{options.output}: these are several figures; give a folder, or choose one by --field or --curve")
     if do_fields:
         for run, path in zip(runs, fields):
-            if run.carrier == "point":
+            if run not in with_fields:
+                print(f"{run.folder}: it has no snapshots, and gets a curve only")
                 continue
             snapshots = run.snapshots if options.movie and not options.times else choose(run, options.times, options.last)
             names = options.field or default_fields(run)

@@ -143,6 +143,13 @@ class Run:
         """"plane-strain", "plane-stress" or "axisymmetric"."""
         return self.parameters["grid"]["geometry"] if isinstance(self.parameters.get("grid"), dict) else "plane-strain"
 
+    @property
+    def has_snapshots(self):
+        if self.carrier == "point":
+            return False
+        with self.open_fields() as file:
+            return len(file.get("snapshots", ())) > 0
+
     @functools.cached_property
     def snapshots(self):
         self.attributes  # refuses other formats
