@@ -152,10 +152,12 @@ launch 7 compare out/a out/b
 expect log "python3 $tree/verification/compare.py out/a out/b"
 expect_not log apt-get
 
-fresh # a sweep runs programs: all are built first
+fresh # a sweep runs one program, which is built first: the one it names, or that of scenes
 : >"$sandbox/lists"
+launch 7 sweep drivers/scenes/x.toml 'a=1,2'
+expect log "--target scene"
 launch 7 sweep alpha 'a=1,2'
-expect log "--target all"
+expect log "--target alpha"
 expect log "python3 $tree/verification/sweep.py alpha a=1,2"
 
 fresh # the packages are there and Python does not see them
