@@ -257,7 +257,7 @@ std::size_t ProjectionStepper::memory_bytes() const {
     const Field& cell = next_.stress.p;
     const Field& corner = correction_.u;
     const int states = (extrapolated() ? 4 : predictor_ == Predictor::euler ? 3 : 2) + (freezes_transport() ? 1 : 0);
-    const std::size_t cells = static_cast<std::size_t>(next_.count() * states);
+    const std::size_t cells = static_cast<std::size_t>(next_.count()) * static_cast<std::size_t>(states);
     const std::size_t corners = extrapolated() ? 8 : 6;
     return cells * cell.storage().size() * sizeof(double) + corners * corner.storage().size() * sizeof(double) +
            space_->memory_bytes();
