@@ -262,9 +262,9 @@ TEST_CASE("elastic loading is the closed form: stress, traction, magnitude") {
 
 TEST_CASE("even shear: what is not elastic of the strain has accumulated as plastic, at snapshots within steps, too") {
     const scratch::Folder folder;
-    for (const auto& [scheme, bound] : {std::pair{"auto", 2e-5}, {"incremental", 2e-6}, {"cvode-adams", 1e-5}, {"ida", 1e-5}}) {
-        CAPTURE(scheme);
-        run_well(folder / "run", {"--model", "reduced", "--initial", "uniform", "--scheme", scheme, "--duration", "1",
+    for (const auto& scheme : {std::pair{"auto", 2e-5}, {"incremental", 2e-6}, {"cvode-adams", 1e-5}, {"ida", 1e-5}}) {
+        CAPTURE(scheme.first);
+        run_well(folder / "run", {"--model", "reduced", "--initial", "uniform", "--scheme", scheme.first, "--duration", "1",
                                   "--snapshots", "0,0.3,0.66,0.87,1"});
         const auto all = snapshots_in(folder / "run");
         REQUIRE(all.size() == 5);
@@ -274,7 +274,7 @@ TEST_CASE("even shear: what is not elastic of the strain has accumulated as plas
             const double plastic = (strain - mean(s.fields.at("tau")) / 37.4e9) / std::sqrt(3.0);
             for (std::size_t c = 0; c < s.fields.at("tau").size(); ++c) {
                 const double y = height * ((static_cast<double>(c / cells_x) + 0.5) / cells_y - 0.5);
-                CHECK(std::abs(s.fields.at("accumulated_plastic_strain")[c] - plastic) < bound);
+                CHECK(std::abs(s.fields.at("accumulated_plastic_strain")[c] - plastic) < scheme.second);
                 CHECK(s.fields.at("displacement_x")[c] == doctest::Approx(strain * y).scale(1e-4).epsilon(1e-9));
                 CHECK(std::abs(s.fields.at("displacement_y")[c]) < 1e-15);
             }

@@ -74,6 +74,8 @@ def draw(rows, path):
                           label=name.replace("_", " ") if style == "o-" else None)
     axis.set_xticks(range(len(rows)), [f"{row['commit'][:8]}\n{row['date']}" for row in rows], rotation=45, ha="right")
     axis.set_ylabel("processor time, one thread [s]")
+    for ticks in (axis.yaxis.set_major_formatter, axis.yaxis.set_minor_formatter):
+        ticks("{x:g}")
     axis.grid(alpha=0.3)
     axis.legend(loc="center left", bbox_to_anchor=(1, 0.5))
     figure.savefig(path, dpi=110)
