@@ -137,10 +137,10 @@ TEST_SUITE("projection") {
                 CHECK(literal_residual(scene, start.stress) > 0.1);
                 for (const SolverKind kind : {SolverKind::fourier, SolverKind::cholesky}) {
                     CellState exact = start, full = start;
-                    project(scene, *make_space(scene, {kind}), dt, exact);
+                    project(scene, *make_space(scene, {.solver = kind}), dt, exact);
                     CHECK(fields::equilibrium_residual(scene, exact, force) < 1e-12);
                     CHECK(literal_residual(scene, exact.stress) < 1e-12);
-                    project(scene, *make_space(scene, {kind, Stiffness::full}), dt, full);
+                    project(scene, *make_space(scene, {.solver = kind, .stiffness = Stiffness::full}), dt, full);
                     CHECK(literal_residual(scene, full.stress) > 1e-3);
                     for (std::size_t k = 0; k < 5; ++k) { // images of the result are wrapped
                         const Field& f = *fields::fields_of(exact)[k];

@@ -37,13 +37,14 @@ void write_mesh(Hdf5File& file, const std::vector<double>& x, const std::vector<
 }
 
 void write_head(Hdf5File& file, const SnapshotGrid& grid) {
+    const bool equal = grid.y_corner_m.empty();
     const std::vector<double> x = line(grid.cells_x, grid.left_m, grid.width_m, 0.0),
-                              y = line(grid.cells_y, grid.bottom_m, grid.height_m, 0.0);
+                              y = equal ? line(grid.cells_y, grid.bottom_m, grid.height_m, 0.0) : grid.y_corner_m;
     file.write("grid/x_corner", x);
     file.write("grid/y_corner", y);
     write_mesh(file, x, y);
     file.write("grid/x_centre", line(grid.cells_x, grid.left_m, grid.width_m, 0.5));
-    file.write("grid/y_centre", line(grid.cells_y, grid.bottom_m, grid.height_m, 0.5));
+    file.write("grid/y_centre", equal ? line(grid.cells_y, grid.bottom_m, grid.height_m, 0.5) : grid.y_centre_m);
     file.set_attribute("grid", "cells_x", std::int64_t{grid.cells_x});
     file.set_attribute("grid", "cells_y", std::int64_t{grid.cells_y});
     file.set_attribute("grid", "width_m", grid.width_m);
@@ -51,7 +52,9 @@ void write_head(Hdf5File& file, const SnapshotGrid& grid) {
 }
 
 std::string words(const SnapshotGrid& grid) {
-    return fmt::format("{} x {} cells on {} x {} m", grid.cells_x, grid.cells_y, grid.width_m, grid.height_m);
+    return fmt::format("{} x {} cells{} on {} x {} m", grid.cells_x, grid.cells_y,
+                       grid.y_corner_m.empty() ? "" : fmt::format(" with rows at {:.6g}", fmt::join(grid.y_corner_m, ", ")),
+                       grid.width_m, grid.height_m);
 }
 
 /// Rows and columns that a view may have, and whether its first column must be repeated.

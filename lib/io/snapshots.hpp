@@ -14,7 +14,8 @@
 
 namespace ductile::io {
 
-/// The rectangle that snapshots are drawn on: cells_x x cells_y equal cells; corner (0, 0) lies at (left_m, bottom_m).
+/// The rectangle that snapshots are drawn on: cells_x x cells_y cells; corner (0, 0) lies at (left_m, bottom_m). Columns are of
+/// equal width, rows of equal height unless it is said where they lie.
 struct SnapshotGrid {
     int cells_x = 0;
     int cells_y = 0;
@@ -22,6 +23,8 @@ struct SnapshotGrid {
     double height_m = 0.0;
     double left_m = 0.0;
     double bottom_m = 0.0;
+    std::vector<double> y_corner_m = {}; ///< [cells_y + 1], or empty
+    std::vector<double> y_centre_m = {}; ///< [cells_y] of the points between them that values are taken at, or empty
 };
 
 enum class Centring { cell, corner };

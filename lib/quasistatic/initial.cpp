@@ -20,17 +20,18 @@ double square(double x) { return x * x; }
 /// The periodic image of x closest to zero.
 double nearest_image(double x, double period) { return x - period * std::round(x / period); }
 
-template <class F> void fill(const Grid& grid, Field& field, F&& value) {
+template <class F> void fill(const Grid& grid, const RowSpacing& rows, Field& field, F&& value) {
     for (int j = 0; j < grid.cells_y; ++j) {
+        const double y = grid.y(rows.cell[static_cast<std::size_t>(j)]);
         for (int i = 0; i < grid.cells_x; ++i)
-            field(i, j) = value(grid.x(i + 0.5), grid.y(j + 0.5));
+            field(i, j) = value(grid.x(i + 0.5), y);
         field.wrap_row(j);
     }
 }
 
-void fill(const Grid& grid, Field& field, const PaperPattern& pattern) {
+void fill(const Grid& grid, const RowSpacing& rows, Field& field, const PaperPattern& pattern) {
     constexpr double centres[5][2] = {{0.6, 0.65}, {0.3, 0.3}, {-0.2, -0.4}, {-0.4, 0.0}, {-0.7, -0.6}}; // x_i, s_i of Table C.6
-    fill(grid, field, [&](double x, double y) {
+    fill(grid, rows, field, [&](double x, double y) {
         const double xi = 2.0 * x / grid.width, eta = 2.0 * y / grid.height;
         double sum = std::exp(-20.0 * square(0.5 * std::sin(pi * xi) - eta));
         for (const auto& [centre, s] : centres)
@@ -39,14 +40,14 @@ void fill(const Grid& grid, Field& field, const PaperPattern& pattern) {
     });
 }
 
-void fill(const Grid& grid, Field& field, const Uniform& uniform) {
-    fill(grid, field, [&](double, double) { return uniform.value; });
+void fill(const Grid& grid, const RowSpacing& rows, Field& field, const Uniform& uniform) {
+    fill(grid, rows, field, [&](double, double) { return uniform.value; });
 }
 
-void fill(const Grid& grid, Field& field, const GaussianInclusion& inclusion) {
+void fill(const Grid& grid, const RowSpacing& rows, Field& field, const GaussianInclusion& inclusion) {
     if (!(inclusion.radius > 0.0))
         throw InputError(fmt::format("initial field 'gaussian': radius {}: it must be positive", inclusion.radius));
-    fill(grid, field, [&](double x, double y) {
+    fill(grid, rows, field, [&](double x, double y) {
         const double r2 = square(nearest_image(x - inclusion.x, grid.width)) + square(y - inclusion.y);
         return inclusion.background + inclusion.amplitude * std::exp(-0.5 * r2 / square(inclusion.radius));
     });
@@ -69,7 +70,7 @@ private:
 /// f = mean + deviation sum_{k,l} a_k b_l (A_kl cos(K_k x) + B_kl sin(K_k x)) cos(L_l (y - y_wall)), with
 /// a_k^2 ~ exp(-K_k^2 length^2/2): the spectrum of the Gaussian correlation; a and b normalised to unit variance (away from
 /// walls).
-void fill(const Grid& grid, Field& field, const RandomField& random) {
+void fill(const Grid& grid, const RowSpacing& rows, Field& field, const RandomField& random) {
     const double length = random.correlation_length;
     if (!(random.deviation >= 0.0))
         throw InputError(fmt::format("initial field 'random': deviation {}: it must not be negative", random.deviation));
@@ -109,7 +110,8 @@ void fill(const Grid& grid, Field& field, const RandomField& random) {
         std::fill(row_cosine.begin(), row_cosine.end(), 0.0);
         std::fill(row_sine.begin(), row_sine.end(), 0.0);
         for (std::size_t l = 0; l < b.size(); ++l) {
-            const double factor = std::cos(static_cast<double>(l) * fundamental_y * (grid.y(j + 0.5) + 0.5 * grid.height));
+            const double y = grid.y(rows.cell[static_cast<std::size_t>(j)]);
+            const double factor = std::cos(static_cast<double>(l) * fundamental_y * (y + 0.5 * grid.height));
             for (std::size_t k = 0; k < a.size(); ++k) {
                 row_cosine[k] += factor * cosine[l * a.size() + k];
                 row_sine[k] += factor * sine[l * a.size() + k];
@@ -129,15 +131,20 @@ void fill(const Grid& grid, Field& field, const RandomField& random) {
 
 } // namespace
 
-Field initial_internal(const Grid& grid, const InitialInternal& initial, const InternalVariable& variable) {
+Field initial_internal(const Grid& grid, const RowSpacing& rows, const InitialInternal& initial,
+                       const InternalVariable& variable) {
     Field field(grid.cells_y, grid.cells_x);
-    std::visit([&](const auto& pattern) { fill(grid, field, pattern); }, initial);
+    std::visit([&](const auto& pattern) { fill(grid, rows, field, pattern); }, initial);
     for (int j = 0; j < grid.cells_y; ++j)
         for (int i = 0; i < grid.cells_x; ++i)
             if (!variable.can_start_at(field(i, j)))
                 throw InputError(fmt::format("the initial {} is {:.6g} at cell ({}, {}): it must be {}", spoken_name(variable),
                                              field(i, j) * variable.natural_unit, i, j, describe_range(variable)));
     return field;
+}
+
+Field initial_internal(const Grid& grid, const InitialInternal& initial, const InternalVariable& variable) {
+    return initial_internal(grid, uniform_rows(grid), initial, variable);
 }
 
 } // namespace ductile::quasistatic

@@ -43,9 +43,11 @@ struct RandomField {
 
 using InitialInternal = std::variant<PaperPattern, Uniform, GaussianInclusion, RandomField>;
 
-/// Values at cell centres, shape [N][M]. Throws InputError for lengths that are not positive, a negative
-/// deviation, a random field too fine to sum (correlation length below 1/500 of the domain), and a value that the variable cannot
-/// begin with.
+/// Values at cells, shape [N][M], whose rows lie as `rows` says, or are of equal height. Throws InputError for lengths that are
+/// not positive, a negative deviation, a random field too fine to sum (correlation length below 1/500 of the domain), and a value
+/// that the variable cannot begin with.
+[[nodiscard]] Field initial_internal(const Grid& grid, const RowSpacing& rows, const InitialInternal& initial,
+                                     const InternalVariable& variable);
 [[nodiscard]] Field initial_internal(const Grid& grid, const InitialInternal& initial, const InternalVariable& variable);
 
 } // namespace ductile::quasistatic

@@ -21,8 +21,26 @@ namespace {
 /// Fields of one shape by their names, row after row.
 struct Fields {
     int rows = 0, columns = 0;
+    std::vector<double> places = {}; ///< of the rows, in units of their mean height from the wall on; empty: of equal height
     std::map<std::string, std::vector<double>> values = {};
 };
+
+/// Where the rows of a file of snapshots lie.
+std::vector<double> places_of_rows(const std::filesystem::path& path, const io::Hdf5File& file, int rows) {
+    const std::vector<double> corners = file.read_doubles("grid/y_corner");
+    std::vector<double> places = file.read_doubles("grid/y_centre");
+    const bool rising = std::ranges::is_sorted(places) && !corners.empty() && corners.back() > corners.front();
+    if (!rising || std::ssize(places) != rows)
+        throw InputError(
+            fmt::format("{}: grid/y_centre must rise and have a value for each of the {} rows", path.string(), rows));
+    const double height = corners.back() - corners.front();
+    bool equal = true;
+    for (std::size_t j = 0; j < places.size(); ++j) {
+        places[j] = (places[j] - corners.front()) / height * rows;
+        equal = equal && std::abs(places[j] - (static_cast<double>(j) + 0.5)) < 1e-9 * rows;
+    }
+    return equal ? std::vector<double>{} : places;
+}
 
 Fields read_hdf5(const std::filesystem::path& path, const std::vector<std::string>& names) {
     const io::Hdf5File file = io::Hdf5File::open(path);
@@ -50,6 +68,8 @@ Fields read_hdf5(const std::filesystem::path& path, const std::vector<std::strin
         values.resize(shape[0] * shape[1]);
         file.read(folder + name, {values.data(), fields.rows, fields.columns, fields.columns});
     }
+    if (file.contains("grid/y_corner") && file.contains("grid/y_centre"))
+        fields.places = places_of_rows(path, file, fields.rows);
     return fields;
 }
 
@@ -87,14 +107,25 @@ Fields read_csv(const Scene& scene, const std::filesystem::path& path, const std
     return fields;
 }
 
+/// The number of the row at a place, a fraction between two rows.
+double row_at(const Fields& fields, double place) {
+    if (fields.places.empty())
+        return place - 0.5;
+    const auto above = std::ranges::upper_bound(fields.places, place);
+    if (above == fields.places.begin() || above == fields.places.end())
+        return above == fields.places.begin() ? 0.0 : fields.rows - 1.0;
+    const auto below = above - 1;
+    return static_cast<double>(below - fields.places.begin()) + (place - *below) / (*above - *below);
+}
+
 /// Bilinear, times a factor; images included.
-void interpolate(const Fields& from, const std::vector<double>& values, double factor, Field& to) {
+void interpolate(const Fields& from, const std::vector<double>& values, double factor, const RowSpacing& rows, Field& to) {
     const auto value = [&](int i, int j) {
         const int row = std::clamp(j, 0, from.rows - 1), column = (i + from.columns) % from.columns;
         return values[static_cast<std::size_t>(row) * static_cast<std::size_t>(from.columns) + static_cast<std::size_t>(column)];
     };
     for (int j = 0; j < to.rows(); ++j) {
-        const double y = (j + 0.5) * from.rows / to.rows() - 0.5;
+        const double y = row_at(from, rows.cell[static_cast<std::size_t>(j)] * from.rows / to.rows());
         const int low = static_cast<int>(std::floor(y));
         for (int i = 0; i < to.columns(); ++i) {
             const double x = (i + 0.5) * from.columns / to.columns() - 0.5;
@@ -136,7 +167,7 @@ FileStart start_from_file(const Scene& scene, Space& space, const std::filesyste
         throw InputError(fmt::format("{}: a stress needs all of pressure, s, tau and q", path.string()));
 
     Field start(scene.grid.cells_y, scene.grid.cells_x);
-    interpolate(fields, fields.values.at(internal), 1.0 / variable.natural_unit, start);
+    interpolate(fields, fields.values.at(internal), 1.0 / variable.natural_unit, space.rows(), start);
     for (int j = 0; j < start.rows(); ++j)
         for (int i = 0; i < start.columns(); ++i)
             if (!variable.can_start_at(start(i, j)))
@@ -151,7 +182,7 @@ FileStart start_from_file(const Scene& scene, Space& space, const std::filesyste
     const double inverse = 1.0 / scene.units.stress;
     for (const auto& [name, field] : {std::pair{"pressure", &cells.stress.p}, std::pair{"s", &cells.stress.s},
                                       std::pair{"tau", &cells.stress.tau}, std::pair{"q", &cells.stress.q}})
-        interpolate(fields, fields.values.at(name), inverse, *field);
+        interpolate(fields, fields.values.at(name), inverse, space.rows(), *field);
     const StressField given = cells.stress;
     VectorField force = space.make_velocity();
     space.divergence(given, -1.0, force);

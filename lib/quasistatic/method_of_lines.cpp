@@ -25,7 +25,7 @@ MeanTraction MethodOfLines::mean_of_open(const CellState& rate) {
 void MethodOfLines::open_rate(CellState& cells, const VectorField& velocity, CellState& rate) {
     Timer timer;
     if (scene_.model == Model::full)
-        extrapolate_to_ghost_rows(cells);
+        space_.prepare_transport(cells);
     (void)space_.rates(cells, velocity, rate, next_velocity_);
     ++evaluations_;
     rate_seconds_ += timer.lap();
@@ -34,7 +34,7 @@ void MethodOfLines::open_rate(CellState& cells, const VectorField& velocity, Cel
 RateReport MethodOfLines::evaluate(CellState& cells, const WallRates& told, VectorField& velocity, CellState& rate) {
     const bool transported = scene_.model == Model::full;
     if (transported)
-        extrapolate_to_ghost_rows(cells);
+        space_.prepare_transport(cells);
     ++evaluations_;
 
     RateReport report;

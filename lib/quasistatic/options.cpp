@@ -220,7 +220,7 @@ double number_or_auto(const std::string& text, const char* option, double standa
 
 } // namespace
 
-Field make_initial_internal(const Options& o, const Scene& scene) {
+Field make_initial_internal(const Options& o, const Scene& scene, const RowSpacing& rows) {
     const InternalVariable variable = scene.law->variables().front();
     const double value = variable.natural_unit, length = scene.units.length;
     const double standard_amplitude = o.material.plasticity == PlasticityChoice::stz ? PaperPattern{}.amplitude : 0.0;
@@ -245,7 +245,7 @@ Field make_initial_internal(const Options& o, const Scene& scene) {
         __builtin_unreachable();
     };
     try {
-        return initial_internal(scene.grid, initial(), variable);
+        return initial_internal(scene.grid, rows, initial(), variable);
     } catch (const InputError& error) {
         throw InputError(fmt::format("{}; change --initial-base, --initial-amplitude or --initial-length", error.what()));
     }

@@ -60,7 +60,7 @@ void declare_scene(io::Program& program, Options& options);
 /// The scene in natural units. Throws InputError for impossible values.
 [[nodiscard]] Scene make_scene(const Options& options);
 /// For all choices but InitialChoice::file.
-[[nodiscard]] Field make_initial_internal(const Options& options, const Scene& scene);
+[[nodiscard]] Field make_initial_internal(const Options& options, const Scene& scene, const RowSpacing& rows);
 /// Fixed steps, or adaptive ones of the kind that the scheme has, in natural units. Throws InputError when --dt or --tolerance is
 /// neither "auto" nor a positive number.
 [[nodiscard]] StepControl make_step_control(const Options& options, const Scene& scene);

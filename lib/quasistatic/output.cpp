@@ -41,6 +41,19 @@ Derived derive(const Scene& scene, Space& space, const State& state) {
 
 } // namespace
 
+io::SnapshotGrid snapshot_grid(const Scene& scene, const Space& space) {
+    const Grid& g = scene.grid;
+    const double unit = scene.units.length;
+    io::SnapshotGrid grid{g.cells_x, g.cells_y, g.width * unit, g.height * unit, g.x(0) * unit, g.y(0) * unit};
+    if (space.rows() == uniform_rows(g))
+        return grid;
+    for (const double position : space.rows().node)
+        grid.y_corner_m.push_back(g.y(position) * unit);
+    for (const double position : space.rows().cell)
+        grid.y_centre_m.push_back(g.y(position) * unit);
+    return grid;
+}
+
 void write_snapshot(const Scene& scene, Space& space, const State& state, const std::optional<Accumulated>& accumulated,
                     double time_s, std::int64_t step, io::SnapshotWriter& snapshots) {
     using enum io::Centring;

@@ -10,6 +10,9 @@
 
 namespace ductile::quasistatic {
 
+/// What snapshots are drawn on, in metres.
+[[nodiscard]] io::SnapshotGrid snapshot_grid(const Scene& scene, const Space& space);
+
 /// Writes the fields of a state, what follows from them, and what has accumulated, if that is known, in SI.
 void write_snapshot(const Scene& scene, Space& space, const State& state, const std::optional<Accumulated>& accumulated,
                     double time_s, std::int64_t step, io::SnapshotWriter& snapshots);

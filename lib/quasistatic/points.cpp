@@ -51,7 +51,7 @@ void start_internal(const Options& o, int particles_per_side, const mpm::Scene& 
     fine.cells = {o.cells.x * particles_per_side, o.cells.y * particles_per_side};
     const Scene scene = make_scene(fine);
     check_meaning(fine, scene);
-    const Field pattern = make_initial_internal(fine, scene);
+    const Field pattern = make_initial_internal(fine, scene, uniform_rows(scene.grid));
     const double unit = scene.law->variables().front().natural_unit;
     const mpm::Grid& g = made.grid;
     for (std::size_t p = 0; p < particles.size(); ++p)

@@ -23,7 +23,7 @@ State start(const io::Program& program, const Options& options, const Scene& sce
         throw InputError(options.initial_file.empty() ? "--initial file: which? add --initial-file FILE"
                                                       : "--initial-file: it is read with --initial file only");
     if (options.initial != InitialChoice::file)
-        return initial_state(scene, space, make_initial_internal(options, scene));
+        return initial_state(scene, space, make_initial_internal(options, scene, space.rows()));
     FileStart made = start_from_file(scene, space, options.initial_file);
     const std::string file = options.initial_file.string();
     if (made.correction > 0.01)

@@ -156,11 +156,8 @@ public:
 
     io::Snapshots& open_snapshots(const std::filesystem::path& fields, const std::string& program,
                                   const std::optional<io::EarlierSnapshots>& earlier) override {
-        const Grid& g = scene_.grid;
-        const double unit = scene_.units.length;
         return snapshots_.emplace(
-            fields, program,
-            io::SnapshotGrid{g.cells_x, g.cells_y, g.width * unit, g.height * unit, g.x(0) * unit, g.y(0) * unit}, earlier,
+            fields, program, snapshot_grid(scene_, space_), earlier,
             io::SnapshotConstants{{"time_unit_s", scene_.units.time}, {"yield_stress_Pa", scene_.units.stress}});
     }
 

@@ -16,4 +16,14 @@ void check(const Grid& grid) {
         throw InputError(fmt::format("the domain is {} x {}: both sides must be positive and finite", grid.width, grid.height));
 }
 
+RowSpacing uniform_rows(const Grid& grid) {
+    RowSpacing rows;
+    for (int j = 0; j <= grid.cells_y; ++j)
+        rows.node.push_back(j);
+    for (int j = 0; j < grid.cells_y; ++j)
+        rows.cell.push_back(j + 0.5);
+    rows.weight.assign(rows.cell.size(), 1.0);
+    return rows;
+}
+
 } // namespace ductile

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
+#include <vector>
 
 namespace ductile {
 
@@ -22,6 +23,19 @@ struct Grid {
 
     bool operator==(const Grid&) const = default;
 };
+
+/// How the rows of a space lie between the walls, in units of their mean height dy() and from the lower wall on: Grid::y() makes
+/// coordinates of it.
+struct RowSpacing {
+    std::vector<double> cell;   ///< [N] of the points where stress lives
+    std::vector<double> node;   ///< [N + 1] of those where velocity lives; node[j] <= cell[j] <= node[j + 1]
+    std::vector<double> weight; ///< [N] of a row of cells in integrals, 1 on average
+
+    bool operator==(const RowSpacing&) const = default;
+};
+
+/// Cells of equal height: centres at j + 1/2, corners at j, weights 1.
+[[nodiscard]] RowSpacing uniform_rows(const Grid& grid);
 
 /// Throws InputError, naming the option, unless there are at least 4 x 4 cells (the ENO stencil) and the rectangle has positive
 /// sides.

@@ -12,8 +12,9 @@
 
 namespace ductile {
 
-Space::Space(const Grid& grid, const Medium& medium)
-    : grid_(grid), medium_(medium), scale_{std::sqrt(3.0), std::sqrt(2.0), std::sqrt(2.0), std::sqrt(6.0)},
+Space::Space(const Grid& grid, const Medium& medium, RowSpacing rows)
+    : grid_(grid), medium_(medium),
+      rows_(std::move(rows)), scale_{std::sqrt(3.0), std::sqrt(2.0), std::sqrt(2.0), std::sqrt(6.0)},
       row_sums_(static_cast<std::size_t>(grid.cells_y) * (1 + most_variables)),
       row_powers_(static_cast<std::size_t>(grid.cells_y)), row_counts_(static_cast<std::size_t>(grid.cells_y)) {
     for (const InternalVariable& variable : medium_.law->variables())
@@ -22,9 +23,9 @@ Space::Space(const Grid& grid, const Medium& medium)
 
 EnergyFlow Space::sum_of_powers() const {
     EnergyFlow sum;
-    for (const RowPowers& row : row_powers_) {
-        sum.dissipation += row.dissipation;
-        sum.transport += row.transport;
+    for (std::size_t j = 0; j < row_powers_.size(); ++j) {
+        sum.dissipation += rows_.weight[j] * row_powers_[j].dissipation;
+        sum.transport += rows_.weight[j] * row_powers_[j].transport;
     }
     return grid_.cell_area() * sum;
 }
@@ -47,7 +48,7 @@ double Space::rates(const CellState& cells, const VectorField& velocity, CellSta
 
 void Space::transport(CellState& cells, const VectorField& velocity, CellState& rate, VectorField& room) {
     if (medium_.transported)
-        extrapolate_to_ghost_rows(cells);
+        prepare_transport(cells);
     sweep(
         cells, velocity, false, rate, [&](int j, double) { rate.wrap_row(j); }, 0.0, room);
     rate.wall = {};
@@ -57,7 +58,7 @@ void Space::transport(CellState& cells, const VectorField& velocity, CellState& 
 Rk21Counts Space::predict(Predictor predictor, const CellState& now, CellState& transported, const VectorField& velocity,
                           double dt, const Rk21Options& options, CellState& next, VectorField& force) {
     if (medium_.transported)
-        extrapolate_to_ghost_rows(transported);
+        prepare_transport(transported);
     const auto kernel = [&](int j, double transport) {
         Rk21Counts& counts = row_counts_[static_cast<std::size_t>(j)];
         counts = {};
@@ -161,8 +162,8 @@ CombinationNorm Space::norm(std::span<const Term> terms) {
     });
     const auto mean_root = [&](std::size_t k) {
         double sum = 0.0; // row after row, so that the result does not depend on the number of threads
-        for (int j = 0; j < grid_.cells_y; ++j)
-            sum += row_sums_[static_cast<std::size_t>(j) * (1 + most_variables) + k];
+        for (std::size_t j = 0; j < rows_.weight.size(); ++j)
+            sum += rows_.weight[j] * row_sums_[j * (1 + most_variables) + k];
         return std::sqrt(sum / (static_cast<double>(grid_.cells_x) * grid_.cells_y));
     };
     CombinationNorm result{.stress = mean_root(0)};
@@ -225,9 +226,9 @@ MeanTraction Space::mean_traction(const StressField& stress) {
         row_sums_[static_cast<std::size_t>(2 * j + 1)] = normal;
     });
     MeanTraction total;
-    for (int j = 0; j < grid_.cells_y; ++j) {
-        total.shear += row_sums_[static_cast<std::size_t>(2 * j)];
-        total.normal += row_sums_[static_cast<std::size_t>(2 * j + 1)];
+    for (std::size_t j = 0; j < rows_.weight.size(); ++j) {
+        total.shear += rows_.weight[j] * row_sums_[2 * j];
+        total.normal += rows_.weight[j] * row_sums_[2 * j + 1];
     }
     const double cells = static_cast<double>(grid_.cells_x) * grid_.cells_y;
     return {total.shear / cells, total.normal / cells};
@@ -295,23 +296,26 @@ Observables Space::observe(const CellState& cells) const {
 
     // summed row after row, so that the result does not depend on the number of threads
     RowSums total;
-    for (const RowSums& row : rows) {
-        total.tau += row.tau;
-        total.yy += row.yy;
-        total.magnitude += row.magnitude;
-        total.energy += row.energy;
+    double plastic = 0.0;
+    for (std::size_t j = 0; j < rows.size(); ++j) {
+        const RowSums& row = rows[j];
+        const double weight = rows_.weight[j];
+        total.tau += weight * row.tau;
+        total.yy += weight * row.yy;
+        total.magnitude += weight * row.magnitude;
+        total.energy += weight * row.energy;
+        plastic += weight * static_cast<double>(row.plastic);
         total.largest = std::max(total.largest, row.largest);
         for (std::size_t k = 0; k < cells.internal.size(); ++k)
             total.internal[k] = {std::min(total.internal[k].smallest, row.internal[k].smallest),
                                  std::max(total.internal[k].largest, row.internal[k].largest)};
-        total.plastic += row.plastic;
     }
     const double cells_total = static_cast<double>(grid.cells_x) * grid.cells_y;
     Observables seen{.wall_traction = total.tau / cells_total,
                      .normal_traction = total.yy / cells_total,
                      .mean_magnitude = total.magnitude / cells_total,
                      .largest_magnitude = total.largest,
-                     .plastic_fraction = static_cast<double>(total.plastic) / cells_total,
+                     .plastic_fraction = plastic / cells_total,
                      .elastic_energy = grid.cell_area() * total.energy};
     for (std::size_t k = 0; k < cells.internal.size(); ++k) {
         seen.smallest_internal.push_back(total.internal[k].smallest);
@@ -320,16 +324,126 @@ Observables Space::observe(const CellState& cells) const {
     return seen;
 }
 
+double Space::root_mean_of_row_sums() const {
+    double sum = 0.0; // row after row, so that the result does not depend on the number of threads
+    for (std::size_t j = 0; j < rows_.weight.size(); ++j)
+        sum += rows_.weight[j] * row_sums_[j];
+    return std::sqrt(sum * grid_.cell_area() / grid_.area());
+}
+
+StressComponents<double> Space::wall_rate(const Velocity& upper) const {
+    const double half_height = 0.5 * grid_.height;
+    return elastic_rate(medium_.law->elasticity(),
+                        VelocityGradient<double>{0.0, upper.u / half_height, 0.0, upper.v / half_height});
+}
+
+double Space::equilibrium_residual(const StressField& stress, VectorField& force) const {
+    divergence(stress, 1.0, force);
+    struct Largest {
+        double force = 0.0, stress = 0.0;
+    };
+    const auto visit = [&](int j, Largest& largest) {
+        Pack force_here(0.0), stress_here(0.0);
+        for (int i = 0; i < grid_.cells_x; i += pack_size) {
+            if (j > 0)
+                force_here =
+                    maximum(force_here, maximum(magnitude(load(force.u.row(j) + i)), magnitude(load(force.v.row(j) + i))));
+            const Pack p = load(stress.p.row(j) + i), s = load(stress.s.row(j) + i), tau = load(stress.tau.row(j) + i),
+                       q = load(stress.q.row(j) + i);
+            stress_here = maximum(maximum(stress_here, magnitude(tau)), maximum(magnitude(s - p - q), magnitude(p + s + q)));
+        }
+        largest.force = std::max(largest.force, largest_of(force_here));
+        largest.stress = std::max(largest.stress, largest_of(stress_here));
+    };
+    const auto merge = [](Largest& total, const Largest& part) {
+        total.force = std::max(total.force, part.force);
+        total.stress = std::max(total.stress, part.stress);
+    };
+    const Largest largest = gather_rows(Rows{grid_.cells_y, grid_.cells_x}, Largest{}, visit, merge);
+    return largest.stress > 0.0 ? largest.force / (largest.stress * std::max(grid_.dx(), grid_.dy())) : 0.0;
+}
+
+void Space::add_affine(const Velocity& change, VectorField& velocity) const {
+    for (int j = 0; j <= grid_.cells_y; ++j) {
+        const double y = from_middle(j);
+        for (const auto& [field, amplitude] : {std::pair{&velocity.u, change.u}, std::pair{&velocity.v, change.v}}) {
+            if (amplitude == 0.0)
+                continue;
+            double* row = field->row(j);
+            for (int i = 0; i < grid_.cells_x; ++i)
+                row[i] += amplitude * y;
+            field->wrap_row(j);
+        }
+    }
+}
+
+VelocityChange Space::add_affine_and_compare(const Velocity& wall, const VectorField& guess, VectorField& velocity) const {
+    const auto visit = [&](int j, VelocityChange& largest) {
+        const double y = from_middle(j);
+        const double gap = rows_.node[static_cast<std::size_t>(std::min(j + 1, grid_.cells_y))] -
+                           rows_.node[static_cast<std::size_t>(std::min(j, grid_.cells_y - 1))];
+        const Pack shift_u(wall.u * y), shift_v(wall.v * y), inverse_dx(1.0 / grid_.dx()), inverse_dy(1.0 / (gap * grid_.dy()));
+        double *u = velocity.u.row(j), *v = velocity.v.row(j);
+        const double *old_u = guess.u.row(j), *old_v = guess.v.row(j);
+        Pack change(0.0), rate(0.0);
+        for (int i = 0; i < grid_.cells_x; i += pack_size) {
+            const Pack new_u = load(u + i) + shift_u, new_v = load(v + i) + shift_v;
+            store(new_u, u + i);
+            store(new_v, v + i);
+            change = maximum(change, maximum(magnitude(new_u - load(old_u + i)), magnitude(new_v - load(old_v + i))));
+            rate = maximum(rate, inverse_dx * magnitude(new_u) + inverse_dy * magnitude(new_v));
+        }
+        velocity.u.wrap_row(j);
+        velocity.v.wrap_row(j);
+        largest.change = std::max(largest.change, largest_of(change));
+        largest.courant_rate = std::max(largest.courant_rate, largest_of(rate));
+    };
+    return gather_rows(Rows{grid_.cells_y + 1, grid_.cells_x}, VelocityChange{}, visit,
+                       [](VelocityChange& total, const VelocityChange& part) {
+                           total.change = std::max(total.change, part.change);
+                           total.courant_rate = std::max(total.courant_rate, part.courant_rate);
+                       });
+}
+
+std::size_t Space::interior_size() const {
+    return 2 * static_cast<std::size_t>(grid_.cells_x) * static_cast<std::size_t>(grid_.cells_y - 1);
+}
+
+void Space::pack_interior(const VectorField& velocity, double factor, std::span<double> values) const {
+    auto target = values.begin();
+    for (const Field* f : {&velocity.u, &velocity.v})
+        for (int j = 1; j < grid_.cells_y; ++j)
+            target = std::transform(f->row(j), f->row(j) + grid_.cells_x, target, [=](double x) { return factor * x; });
+}
+
+void Space::unpack_interior(std::span<const double> values, double factor, VectorField& velocity) const {
+    auto source = values.begin();
+    for (Field* f : {&velocity.u, &velocity.v})
+        for (int j = 1; j < grid_.cells_y; ++j, source += grid_.cells_x) {
+            std::transform(source, source + grid_.cells_x, f->row(j), [=](double x) { return factor * x; });
+            f->wrap_row(j);
+        }
+}
+
+void Space::set_walls(const Velocity& upper, VectorField& velocity) const {
+    for (const auto& [row, sign] : {std::pair{0, -1.0}, std::pair{grid_.cells_y, 1.0}})
+        for (const auto& [field, value] : {std::pair{&velocity.u, sign * upper.u}, std::pair{&velocity.v, sign * upper.v}}) {
+            std::fill_n(field->row(row), grid_.cells_x, value);
+            field->wrap_row(row);
+        }
+}
+
 namespace {
 
 /// action(field, row, scale, values) for every row of every field.
-void for_each_packed(auto& cells, auto values, std::span<const double> scale, const auto& action) {
+void for_each_packed(auto& cells, auto values, std::span<const double> scale, std::span<const double> weight,
+                     const auto& action) {
     const Field& shape = cells.stress.p;
     const auto columns = static_cast<std::size_t>(shape.columns());
     const std::size_t field_size = columns * static_cast<std::size_t>(shape.rows());
     for_each_row({shape.rows(), shape.columns()}, [&](int j) {
         for (std::size_t k = 0; k < scale.size(); ++k)
-            action(cells.field(static_cast<int>(k)), j, scale[k],
+            action(cells.field(static_cast<int>(k)), j, scale[k] * std::sqrt(weight[static_cast<std::size_t>(j)]),
                    values.subspan(k * field_size + static_cast<std::size_t>(j) * columns, columns));
     });
 }
@@ -341,13 +455,13 @@ std::size_t Space::packed_size() const {
 }
 
 void Space::pack(const CellState& cells, std::span<double> values) const {
-    for_each_packed(cells, values, scale_, [](const Field& field, int j, double scale, std::span<double> row) {
+    for_each_packed(cells, values, scale_, rows_.weight, [](const Field& field, int j, double scale, std::span<double> row) {
         std::transform(field.row(j), field.row(j) + row.size(), row.begin(), [=](double x) { return scale * x; });
     });
 }
 
 void Space::unpack(std::span<const double> values, CellState& cells) const {
-    for_each_packed(cells, values, scale_, [](Field& field, int j, double scale, std::span<const double> row) {
+    for_each_packed(cells, values, scale_, rows_.weight, [](Field& field, int j, double scale, std::span<const double> row) {
         std::ranges::transform(row, field.row(j), [=](double x) { return x / scale; });
         field.wrap_row(j);
     });

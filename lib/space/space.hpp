@@ -74,32 +74,34 @@ struct VelocityChange {
     double courant_rate = 0.0; ///< largest |u|/dx + |v|/dy
 };
 
-/// The verbs. Points, where stress and internal variables live, are of equal weight in all means; images are wrapped by whoever
-/// writes a field. The rates, combinations and norms are what time::System asks for.
+/// The verbs. Stress and internal variables live at points, M of equal weight in each of N rows, velocity at M nodes in each of
+/// the N + 1 rows between and around them; images are wrapped by whoever writes a field. The rates, combinations and norms are
+/// what time::System asks for.
 class Space {
 public:
     using Term = time::Term<CellState>;
 
-    Space(const Grid& grid, const Medium& medium);
+    Space(const Grid& grid, const Medium& medium, RowSpacing rows);
     virtual ~Space() = default;
     Space(const Space&) = delete;
     Space& operator=(const Space&) = delete;
 
     [[nodiscard]] const Grid& grid() const { return grid_; }
     [[nodiscard]] const Medium& medium() const { return medium_; }
+    [[nodiscard]] const RowSpacing& rows() const { return rows_; }
     [[nodiscard]] CellState make_cells() const { return {grid_, medium_.law->variables().size()}; }
     [[nodiscard]] VectorField make_velocity() const { return VectorField(grid_); }
 
     // what depends on where velocity lives
+
+    /// What transport wants to find beside the values of a state: called for `cells` after each change of them, before rates().
+    virtual void prepare_transport(CellState& cells) const = 0;
 
     /// K v = force with v = 0 on the walls (or, WallData::given, what `force` has there), in place. Throws RunError when the
     /// solution is not finite.
     virtual void solve(VectorField& force, WallData walls) = 0;
     /// factor * B^T sigma inside, zero on the walls.
     virtual void divergence(const StressField& stress, double factor, VectorField& force) const = 0;
-    /// max |B^T sigma| inside, divided by (largest |sigma| component times the longer side of a cell): the relative residual of
-    /// discrete equilibrium. `force` is room to work in.
-    [[nodiscard]] virtual double equilibrium_residual(const StressField& stress, VectorField& force) const = 0;
     /// Completes a rate in place: f += C : D(v).
     virtual void close(const VectorField& velocity, CellState& rate) const = 0;
     /// out = sum of terms + open.factor * (f + C : D(v)), at most nine terms; `out` may be one of them.
@@ -110,30 +112,35 @@ public:
     /// Of both walls, the upper one moving so, on what is between them: sum sigma : D(v) dA for every v with these walls, if
     /// B^T sigma = 0 inside.
     [[nodiscard]] virtual double wall_power(const StressField& stress, const Velocity& upper) const = 0;
-    /// velocity(y) += change * 2 y/height: two walls whose velocities change by `change` (upper) and -`change` (lower).
-    virtual void add_affine(const Velocity& change, VectorField& velocity) const = 0;
-    /// The same, and compares with `guess`.
-    virtual VelocityChange add_affine_and_compare(const Velocity& wall, const VectorField& guess,
-                                                  VectorField& velocity) const = 0;
-    /// The velocity inside, without images, scaled: 2 M (N - 1) numbers on the staggered grid.
-    [[nodiscard]] virtual std::size_t interior_size() const = 0;
-    virtual void pack_interior(const VectorField& velocity, double factor, std::span<double> values) const = 0;
-    /// Leaves the walls as they are.
-    virtual void unpack_interior(std::span<const double> values, double factor, VectorField& velocity) const = 0;
-    virtual void set_walls(const Velocity& upper, VectorField& velocity) const = 0;
     /// The velocity at the points, where stress lives, without images.
     virtual void at_points(const VectorField& velocity, Field& u, Field& v) const = 0;
     [[nodiscard]] virtual std::size_t memory_bytes() const = 0; ///< factors, plans and work space
 
+    // what happens node by node
+
+    /// max |B^T sigma| inside, divided by (largest |sigma| component times the longer side of a cell): the relative residual of
+    /// discrete equilibrium. `force` is room to work in.
+    [[nodiscard]] double equilibrium_residual(const StressField& stress, VectorField& force) const;
+    /// velocity(y) += change * 2 y/height: two walls whose velocities change by `change` (upper) and -`change` (lower).
+    void add_affine(const Velocity& change, VectorField& velocity) const;
+    /// The same, and compares with `guess`.
+    VelocityChange add_affine_and_compare(const Velocity& wall, const VectorField& guess, VectorField& velocity) const;
+    /// The velocity inside, without images, scaled: 2 M (N - 1) numbers.
+    [[nodiscard]] std::size_t interior_size() const;
+    void pack_interior(const VectorField& velocity, double factor, std::span<double> values) const;
+    /// Leaves the walls as they are.
+    void unpack_interior(std::span<const double> values, double factor, VectorField& velocity) const;
+    void set_walls(const Velocity& upper, VectorField& velocity) const;
+
     // what happens point by point
 
     /// f of the method of lines in `rate`, f = spin - advection - C : D^pl, dchi/dt, with all powers but that of the walls, and
-    /// in `force` -B^T f. Ghost rows of `cells` must be up to date if transported. Returns the largest relaxation rate 2 mu
+    /// in `force` -B^T f. `cells` are prepared if transported. Returns the largest relaxation rate 2 mu
     /// dD^pl/dsbar.
     double rates(const CellState& cells, const VectorField& velocity, CellState& rate, VectorField& force);
 
-    /// rate = [spin - advection](cells, velocity) alone, nothing of what has passed. Brings the ghost rows of `cells` up to date;
-    /// `room` is room to work in. Nothing where the model leaves both out.
+    /// rate = [spin - advection](cells, velocity) alone, nothing of what has passed. Prepares `cells`; `room` is room to work in.
+    /// Nothing where the model leaves both out.
     void transport(CellState& cells, const VectorField& velocity, CellState& rate, VectorField& room);
 
     /// The predictor of one global step: from the state at t_n computes, for every cell,
@@ -145,7 +152,7 @@ public:
     /// in closed form. In the same sweep, while the rows are in cache, `force` receives -B^T sigma*/dt.
     ///
     /// Spin and advection are those of the cells `transported`: `now` itself for terms frozen at t_n, or fields extrapolated to
-    /// the middle of the step, together with such a velocity. Not changed but for its ghost rows.
+    /// the middle of the step, together with such a velocity. Not changed, but prepared.
     /// `next` gets sigma* and chi*, and what has passed but for the work of the walls: dissipation with the stress in the middle
     /// between sigma_n and sigma*, transport with that of the cells `transported`. Returns the substeps of plastic cells; a cell
     /// that stays elastic takes none.
@@ -185,10 +192,15 @@ protected:
                        double factor, VectorField& force) = 0;
     /// Room for a number of each row, so that sums do not depend on the number of threads.
     [[nodiscard]] std::vector<double>& row_sums() { return row_sums_; }
+    /// The root of the mean of a square over the domain, whose sums over the cells of a row are there.
+    [[nodiscard]] double root_mean_of_row_sums() const;
+    /// C : D of the affine field of walls, the upper of which moves so.
+    [[nodiscard]] StressComponents<double> wall_rate(const Velocity& upper) const;
 
 private:
     Grid grid_;
     Medium medium_;
+    RowSpacing rows_;
     std::vector<double> scale_; ///< of the fields in a packed state
     /// A unit of cell area.
     struct RowPowers {
@@ -196,6 +208,10 @@ private:
     };
     /// Of all rows, one after the other, so that the sum does not depend on the number of threads.
     [[nodiscard]] EnergyFlow sum_of_powers() const;
+    /// 2 y/height of node row j.
+    [[nodiscard]] double from_middle(int j) const {
+        return (2.0 * rows_.node[static_cast<std::size_t>(j)] - grid_.cells_y) / grid_.cells_y;
+    }
 
     std::vector<double> row_sums_;
     std::vector<RowPowers> row_powers_;
