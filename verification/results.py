@@ -10,6 +10,7 @@
     last = run.snapshots[-1]
     last.names, last.units("stress_yy"), last["stress_yy"] # what fields.h5 holds of it
     last["von_mises_stress"]                               # what follows from the stress is found where it is not stored
+    last.at("tau", x, y)                                   # a row for each y, anywhere, if the space is "elements"
     run.grid.x_corner, run.grid.x_centre                   # of the cells, of the background grid with particles
     for body in run.rigid_bodies:
         body.name, body.displacement(last.time), last.rigid_points(body.name)
@@ -169,7 +170,7 @@ class Run:
             side = lambda start, size, cells: self.attributes[start] + self.attributes[size] * np.arange(int(self.attributes[cells]) + 1)
             return Grid(side("grid_left_m", "cell_width_m", "cells_x"), side("grid_bottom_m", "cell_height_m", "cells_y"))
         with self.open_fields() as file:
-            return Grid(*(file["grid"][name][()] for name in ("x_corner", "y_corner")))
+            return Grid(*(file["grid"][name][()] for name in ("x_corner", "y_corner", "x_centre", "y_centre")))
 
     @property
     def rigid_bodies(self):
@@ -177,11 +178,13 @@ class Run:
 
 
 class Grid:
-    """Corners and centres of the cells [m]."""
+    """Corners and centres of the cells [m]. Centres lie where values are taken, of unequal rows not halfway between corners."""
 
-    def __init__(self, x_corner, y_corner):
+    def __init__(self, x_corner, y_corner, x_centre=None, y_centre=None):
+        halfway = lambda edges: (edges[1:] + edges[:-1]) / 2
         self.x_corner, self.y_corner = x_corner, y_corner
-        self.x_centre, self.y_centre = ((edges[1:] + edges[:-1]) / 2 for edges in (x_corner, y_corner))
+        self.x_centre = halfway(x_corner) if x_centre is None else x_centre
+        self.y_centre = halfway(y_corner) if y_centre is None else y_centre
 
     @property
     def box(self):
@@ -253,6 +256,16 @@ class Snapshot:
         p, s, tau, q = (self[component] for component in ("pressure", "s", "tau", "q"))
         return FROM_STRESS[name](-p + s - q, -p - s - q, -p + 2 * q, tau)
 
+    def at(self, name, x, y):
+        """Of a run on elements, the values at the places x, y [m] of the series in x and the polynomials in y: [y][x]."""
+        if self.run.parameters.get("space") != "elements":
+            raise ResultsError(f"{self.run.folder}: fields are known between cells on elements alone (--space elements)")
+        grid, corner = self.run.grid, self.centring(name) == "corner"
+        values = self[name][:, :-1] if corner else self[name]  # the last column of corners is the first one
+        places_x, places_y = (grid.x_corner[:-1], grid.y_corner) if corner else (grid.x_centre, grid.y_centre)
+        across = fourier_matrix(places_x, grid.x_corner[-1] - grid.x_corner[0], np.asarray(x))
+        return element_matrix(places_y, grid.y_corner[::self.run.parameters["degree"]], np.asarray(y)) @ values @ across.T
+
     def rigid_points(self, body):
         """Places of the points of a rigid body, a row (x, y) [m] each."""
         one_of(body, self.rigid_bodies, f"{self.run.folder / 'fields.h5'}: the rigid body")
@@ -266,6 +279,28 @@ class Snapshot:
     @functools.cached_property
     def order(self):
         return np.argsort(self.read("id"), kind="stable")
+
+
+def fourier_matrix(points, width, to):
+    """[to][points]: of the trigonometric polynomial through the values at equally spaced points."""
+    count = len(points)
+    waves = 2 * np.pi / width * np.arange(1, (count + 1) // 2)
+    phase = to[:, None] - points
+    sums = 1 + 2 * np.cos(waves * phase[..., None]).sum(axis=-1)
+    return (sums + (np.cos(np.pi * count / width * phase) if count % 2 == 0 else 0)) / count
+
+
+def element_matrix(points, edges, to):
+    """[to][points]: of the polynomials through the values at the points of each element."""
+    matrix = np.zeros((len(to), len(points)))
+    element = np.clip(np.searchsorted(edges, to, side="right") - 1, 0, len(edges) - 2)
+    for e in np.unique(element):
+        inside = np.flatnonzero((points >= edges[e]) & (points <= edges[e + 1]))
+        rows = np.flatnonzero(element == e)
+        for j in inside:
+            others = points[inside[inside != j]]
+            matrix[rows, j] = np.prod((to[rows, None] - others) / (points[j] - others), axis=1)
+    return matrix
 
 
 # --- rigid bodies ----------------------------------------------------------------------------------------------------------

@@ -33,7 +33,7 @@ void declare_domain(io::Program& program, Options& o) {
     const auto help = [](std::string meaning, std::string units = {}, io::Limits allowed = io::any_number) {
         return io::OptionHelp{"Domain", std::move(meaning), std::move(units), allowed};
     };
-    program.option("--cells", o.cells, help("cells in x and y"));
+    program.option("--cells", o.cells, help("cells in x and y; of elements, points"));
     program.option("--width", o.width, help("extent in x, the periodic direction", "m", io::positive));
     program.option("--height", o.height, help("distance of the walls", "m", io::positive));
     program.option("--wall-velocity", o.wall_velocity, help("velocity of the upper wall; the lower one moves oppositely", "m/s"));
@@ -100,7 +100,7 @@ void declare_time(io::Program& program, Options& o) {
     program.number_or_auto(
         "--tolerance", o.tolerance,
         help("adaptive: projection schemes hold Q* near this times (h/L)^2 (auto: 0.001); index-reduced schemes bound the "
-             "error of a step in sigma/s_Y and chi/chi_inf (auto: 1e-4, on fine grids 1e-4 (252 h/L)^3)",
+             "error of a step in sigma/s_Y and chi/chi_inf (auto: 1e-4, on fine grids 1e-4 (252 h/L)^3, on elements 1e-5)",
              "", io::positive));
     program.option("--dt-start", o.projection_steps.first_step, help("adaptive projection: first step", "s"));
     program.option("--dt-min", o.projection_steps.smallest_step, help("adaptive projection: smallest step", "s"));
@@ -118,19 +118,38 @@ void declare_time(io::Program& program, Options& o) {
     program.option("--velocity-passes", o.velocity_passes,
                    help("index-reduced schemes: elliptic solves a right-hand side at most; fewer are taken where they suffice",
                         "", io::between(1, 20)));
+}
+
+void declare_space(io::Program& program, Options& o) {
+    const auto help = [](std::string meaning, std::string units = {}, io::Limits allowed = io::any_number,
+                         io::Restart restart = io::Restart::keeps) {
+        return io::OptionHelp{"Space", std::move(meaning), std::move(units), allowed, restart};
+    };
+    program.choice("--space", o.space.kind,
+                   {{"staggered", SpaceKind::staggered, "the paper's grid, second order: for fields rough from cell to cell"},
+                    {"elements", SpaceKind::elements, "Fourier series in x, spectral elements in y: for smooth fields"}},
+                   help("the discretisation"));
+    program.option("--degree", o.space.elements.degree,
+                   help("elements: degree in y; that many rows of --cells make an element", "", io::between(1, 16)));
+    program.option(
+        "--element-edges", o.element_edges,
+        help("elements: where they meet, y1,y2,... between the walls, the origin in the middle; none: equal heights", "m"));
+    const auto staggered = [&](std::string meaning) {
+        return help("staggered: " + std::move(meaning), "", io::any_number, io::Restart::may_change);
+    };
     program.choice("--equilibrium", o.space.solver,
                    {{"fastest", SolverKind::fastest, "of the two"},
                     {"fourier", SolverKind::fourier, "Fourier series in x, tridiagonal systems in y"},
                     {"cholesky", SolverKind::cholesky, "sparse factorisation, kept"}},
-                   help("solver of the elliptic problem"));
+                   staggered("solver of the elliptic problem"));
     program.choice("--operator", o.space.stiffness,
                    {{"exact", Stiffness::exact, "at one point of a cell, which makes the projection exact"},
                     {"full", Stiffness::full, "fully integrated, the paper's (S.20); projection schemes only"}},
-                   help("the stiffness"));
+                   staggered("the stiffness"));
     program.choice("--advection", o.space.advection,
                    {{"weno3", Advection::weno3, "smooth, of third order"},
                     {"eno2", Advection::eno2, "the paper's, of second order, which jump from stencil to stencil"}},
-                   help("differences of the advection"));
+                   staggered("differences of the advection"));
 }
 
 void declare_output(io::Program& program, Options& o) {
@@ -158,6 +177,7 @@ void declare_scene(io::Program& program, Options& options) {
 
 void declare(io::Program& program, Options& options) {
     declare_scene(program, options);
+    declare_space(program, options);
     declare_time(program, options);
     declare_output(program, options);
 }
@@ -252,10 +272,12 @@ Field make_initial_internal(const Options& o, const Scene& scene, const RowSpaci
 }
 
 /// With error control the error in time should stay below a tenth of that in space, which falls with h^2; the one falls about
-/// with the 2/3 power of the tolerance (verification/results/work_precision.md).
+/// with the 2/3 power of the tolerance (verification/results/work_precision.md). Elements are there to do better.
 double tolerance(const Options& o) {
     if (scheme_named(o.scheme).kind == SchemeKind::projection)
         return number_or_auto(o.tolerance, "--tolerance", 1e-3, "0.001");
+    if (o.space.kind == SpaceKind::elements)
+        return number_or_auto(o.tolerance, "--tolerance", 1e-5, "1e-5");
     const double h = std::sqrt(o.width * o.height / (static_cast<double>(o.cells.x) * o.cells.y)) / length_unit(o);
     return number_or_auto(o.tolerance, "--tolerance", 1e-4 * std::min(1.0, std::pow(252.0 * h, 3.0)),
                           "1e-4, on fine grids 1e-4 (252 h/L)^3");
@@ -291,7 +313,23 @@ StepControl make_step_control(const Options& o, const Scene& scene) {
     return {scene.grid, steps};
 }
 
-std::unique_ptr<Space> make_space(const Options& o, const Scene& scene) { return make_space(scene, o.space); }
+std::unique_ptr<Space> make_space(const Options& o, const Scene& scene) {
+    SpaceOptions space = o.space;
+    if (space.kind == SpaceKind::elements &&
+        (space.solver == SolverKind::cholesky || space.stiffness == Stiffness::full || space.advection == Advection::eno2))
+        throw InputError(
+            "--space elements: --equilibrium cholesky, --operator full and --advection eno2 are of the staggered grid: "
+            "leave them out, or take --space staggered");
+    if (space.kind == SpaceKind::staggered && !o.element_edges.empty())
+        throw InputError("--element-edges: the staggered grid has no elements: add --space elements");
+    for (const double y : o.element_edges)
+        space.elements.edges.push_back(y / scene.units.length);
+    try {
+        return make_space(scene, space);
+    } catch (const InputError& error) {
+        throw InputError(fmt::format("{} (--space, --cells, --degree, --element-edges)", error.what()));
+    }
+}
 
 std::unique_ptr<TimeStepper> make_time_stepper(const Options& o, const Scene& scene, std::unique_ptr<Space> space) {
     if (o.space.stiffness == Stiffness::full && o.scheme == "extrapolated")
@@ -333,17 +371,22 @@ std::string describe(const Options& o, const Scene& scene, const TimeStepper& st
     };
     const std::string unknowns = fmt::format("{} velocities, {} cell values", 2LL * g.cells_x * (g.cells_y - 1),
                                              (4LL + std::ssize(scene.law->variables())) * g.cells_x * g.cells_y);
+    const bool staggered = o.space.kind == SpaceKind::staggered;
+    const std::string cells = staggered ? fmt::format("{} x {} cells", g.cells_x, g.cells_y)
+                                        : fmt::format("{} points in x by {} elements of degree {} in y", g.cells_x,
+                                                      g.cells_y / o.space.elements.degree, o.space.elements.degree);
     return fmt::format(
-        "grid      {} x {} cells on {} x {} m; {}\n"
+        "grid      {} on {} x {} m; {}\n"
         "material  {}\n"
         "walls     shear {}, open {}\n"
-        "model     {}; {}, {} steps; {} solver, {} operator\n"
+        "model     {}; {}, {} steps; {}\n"
         "memory    about {:.0f} MB; {} thread{}\n",
-        g.cells_x, g.cells_y, o.width, o.height, unknowns, describe(o.material), driven(scene.walls.shear, o.shear_traction),
+        cells, o.width, o.height, unknowns, describe(o.material), driven(scene.walls.shear, o.shear_traction),
         driven(scene.walls.opening, o.normal_traction), scene.model == Model::full ? "full" : "reduced",
         scheme_named(o.scheme).meaning, o.step == StepChoice::fixed ? "fixed" : "adaptive",
-        o.space.solver == SolverKind::cholesky ? "cholesky" : "fourier",
-        o.space.stiffness == Stiffness::exact ? "exact" : "fully integrated",
+        staggered ? fmt::format("{} solver, {} operator", o.space.solver == SolverKind::cholesky ? "cholesky" : "fourier",
+                                o.space.stiffness == Stiffness::exact ? "exact" : "fully integrated")
+                  : "exact operator",
         (static_cast<double>(stepper.memory_bytes()) + overhead_bytes(o)) * 1e-6, threads, threads == 1 ? "" : "s");
 }
 

@@ -35,8 +35,9 @@ struct Options {
     std::string wall_history;                     ///< replaces wall_velocity unless empty
     std::string shear_traction, normal_traction;  ///< unless empty, force control of that component
 
-    std::string scheme = "auto"; ///< see schemes()
-    SpaceOptions space;
+    std::string scheme = "auto";            ///< see schemes()
+    SpaceOptions space;                     ///< but for the edges of elements:
+    std::vector<double> element_edges = {}; ///< y [m], the origin in the middle
     StepChoice step = StepChoice::adaptive;
     std::string dt = "auto"; ///< seconds, or 0.5e4 t_s h/L (Sec. 8.1)
     std::string tolerance = "auto";

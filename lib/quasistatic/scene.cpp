@@ -11,7 +11,9 @@ std::vector<std::string> field_names(const Scene& scene) {
 }
 
 std::unique_ptr<Space> make_space(const Scene& scene, const SpaceOptions& options) {
-    return make_staggered_space(scene.grid, {scene.law, scene.model == Model::full}, options);
+    const Medium medium{scene.law, scene.model == Model::full};
+    return options.kind == SpaceKind::elements ? make_element_space(scene.grid, medium, options.elements)
+                                               : make_staggered_space(scene.grid, medium, options);
 }
 
 } // namespace ductile::quasistatic

@@ -16,11 +16,25 @@
 /// whoever integrates in time sees states, velocities and one call a sweep.
 namespace ductile {
 
+/// Which spaces there are.
+enum class SpaceKind {
+    staggered, ///< the grid of Lu & Rycroft, Sec. 2.1: second order, for fields that are rough from cell to cell
+    elements,  ///< Fourier series in x and spectral elements in y: high order, for smooth fields
+};
+
+/// Of SpaceKind::elements. A row of cells is a row of stress points, `degree` of which make an element.
+struct ElementOptions {
+    int degree = 8;                 ///< of the velocity in y, 1 to 16; 1 differences in x as the staggered grid does
+    std::vector<double> edges = {}; ///< where elements meet, y in units of the grid's; empty: elements of equal height
+};
+
 /// How a space discretises.
 struct SpaceOptions {
-    SolverKind solver = SolverKind::fastest;
-    Stiffness stiffness = Stiffness::exact;
-    Advection advection = Advection::weno3;
+    SpaceKind kind = SpaceKind::staggered;
+    SolverKind solver = SolverKind::fastest; ///< staggered
+    Stiffness stiffness = Stiffness::exact;  ///< staggered
+    Advection advection = Advection::weno3;  ///< staggered
+    ElementOptions elements = {};
 };
 
 /// What fills a space. All in natural units.
@@ -218,7 +232,8 @@ private:
     std::vector<Rk21Counts> row_counts_;
 };
 
-/// The staggered grid of Lu & Rycroft, Sec. 2.1, with its elliptic solver. Throws InputError for an impossible grid or medium.
+/// With its elliptic solver. Throws InputError for an impossible grid, medium or choice.
 [[nodiscard]] std::unique_ptr<Space> make_staggered_space(const Grid& grid, const Medium& medium, const SpaceOptions& options);
+[[nodiscard]] std::unique_ptr<Space> make_element_space(const Grid& grid, const Medium& medium, const ElementOptions& options);
 
 } // namespace ductile

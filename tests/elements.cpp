@@ -1,0 +1,346 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "fields.hpp"
+#include <ductile/space/gauss.hpp>
+#include <ductile/space/periodic_line.hpp>
+#include <ductile/space/stencil.hpp>
+
+#include <numeric>
+#include <random>
+
+using namespace ductile;
+using namespace ductile::quasistatic;
+using std::numbers::pi;
+
+namespace {
+
+const Grid rectangle{.cells_x = 12, .cells_y = 24, .width = 3.0, .height = 2.0};
+const std::vector<double> unequal{-0.7, -0.65, 0.4}; ///< edges of four elements between the walls of `rectangle`
+
+struct Choice {
+    Grid grid = rectangle;
+    int degree = 6;
+    std::vector<double> edges = {};
+};
+
+std::vector<Choice> choices() {
+    Grid odd = rectangle, one = rectangle;
+    odd.cells_x = 21;
+    one.cells_y = 16;
+    return {
+        {.degree = 1}, {.degree = 2}, {.degree = 6, .edges = unequal}, {.grid = odd, .degree = 8}, {.grid = one, .degree = 16}};
+}
+
+std::unique_ptr<Space> elements_on(const Choice& choice, bool transported = false) {
+    return make_element_space(choice.grid, {fields::glass_law, transported}, {.degree = choice.degree, .edges = choice.edges});
+}
+
+std::unique_ptr<Space> staggered_on(const Grid& grid) { return make_staggered_space(grid, {fields::glass_law, false}, {}); }
+
+VectorField random_velocity(const Space& space, std::mt19937& engine) {
+    VectorField velocity = space.make_velocity();
+    fields::fill_randomly(velocity.u, engine, -1.0, 1.0);
+    fields::fill_randomly(velocity.v, engine, -1.0, 1.0);
+    return velocity;
+}
+
+CellState random_cells(const Space& space, std::mt19937& engine) {
+    CellState cells = space.make_cells();
+    for (Field* field : fields::fields_of(cells))
+        fields::fill_randomly(*field, engine, -1.0, 1.0);
+    return cells;
+}
+
+/// C : D(v)
+CellState stress_of(const Space& space, const VectorField& velocity) {
+    CellState rate = space.make_cells();
+    space.close(velocity, rate);
+    rate.wrap();
+    return rate;
+}
+
+double largest_difference(const Field& a, const Field& b) {
+    double largest = 0.0;
+    for (int j = 0; j < a.rows(); ++j)
+        for (int i = 0; i < a.columns(); ++i)
+            largest = std::max(largest, std::abs(a(i, j) - b(i, j)));
+    return largest;
+}
+
+/// Sum of all inner nodes.
+double product(const VectorField& a, const VectorField& b) {
+    double sum = 0.0;
+    for (const auto component : {&VectorField::u, &VectorField::v})
+        for (int j = 1; j + 1 < (a.*component).rows(); ++j)
+            for (int i = 0; i < (a.*component).columns(); ++i)
+                sum += (a.*component)(i, j) * (b.*component)(i, j);
+    return sum;
+}
+
+/// value(x, y) at the cells, or the nodes, of a space.
+void fill_cells(const Space& space, Field& field, const auto& value) {
+    for (int j = 0; j < field.rows(); ++j)
+        for (int i = 0; i < field.columns(); ++i)
+            field(i, j) = value(space.grid().x(i + 0.5), space.grid().y(space.rows().cell[static_cast<std::size_t>(j)]));
+    field.wrap();
+}
+void fill_nodes(const Space& space, Field& field, const auto& value) {
+    for (int j = 0; j < field.rows(); ++j)
+        for (int i = 0; i < field.columns(); ++i)
+            field(i, j) = value(space.grid().x(i), space.grid().y(space.rows().node[static_cast<std::size_t>(j)]));
+    field.wrap();
+}
+
+} // namespace
+
+TEST_SUITE("elements") {
+    TEST_CASE("Gauss points and matrices of polynomials are those of the tables") {
+        const Quadrature three = gauss_legendre(3);
+        CHECK(three.points[2] == doctest::Approx(std::sqrt(0.6)).epsilon(1e-15));
+        CHECK(three.points[1] == 0.0);
+        CHECK(three.weights[0] == doctest::Approx(5.0 / 9.0).epsilon(1e-14));
+        CHECK(three.weights[1] == doctest::Approx(8.0 / 9.0).epsilon(1e-14));
+        CHECK(gauss_lobatto_points(4)[2] == doctest::Approx(std::sqrt(0.2)).epsilon(1e-15));
+        CHECK(gauss_lobatto_points(5)[1] == doctest::Approx(-std::sqrt(3.0 / 7.0)).epsilon(1e-15));
+        for (const int n : {1, 2, 5, 16}) {
+            const Quadrature rule = gauss_legendre(n);
+            for (int power = 0; power < 2 * n; ++power) {
+                double sum = 0.0;
+                for (std::size_t g = 0; g < rule.points.size(); ++g)
+                    sum += rule.weights[g] * std::pow(rule.points[g], power);
+                CHECK(sum == doctest::Approx(power % 2 == 0 ? 2.0 / (power + 1.0) : 0.0).epsilon(1e-13));
+            }
+            const std::vector<double> nodes = gauss_lobatto_points(n + 1);
+            const std::vector<double> value = interpolation_matrix(nodes, rule.points), slope = slope_matrix(nodes, rule.points);
+            for (std::size_t g = 0; g < rule.points.size(); ++g) {
+                CHECK(nodes[g] < rule.points[g]); // one between each two nodes
+                CHECK(rule.points[g] < nodes[g + 1]);
+                double at = 0.0, rise = 0.0;
+                for (std::size_t l = 0; l < nodes.size(); ++l) {
+                    at += value[g * nodes.size() + l] * std::pow(nodes[l], n);
+                    rise += slope[g * nodes.size() + l] * std::pow(nodes[l], n);
+                }
+                CHECK(at == doctest::Approx(std::pow(rule.points[g], n)).epsilon(1e-12));
+                CHECK(rise == doctest::Approx(n * std::pow(rule.points[g], n - 1)).epsilon(1e-11));
+            }
+            // the coefficients keep the integral of the square
+            const std::vector<double> coefficients = legendre_matrix(rule);
+            double square = 0.0;
+            for (std::size_t l = 0; l < rule.points.size(); ++l) {
+                double c = 0.0;
+                for (std::size_t g = 0; g < rule.points.size(); ++g)
+                    c += coefficients[l * rule.points.size() + g] * std::exp(rule.points[g]);
+                square += c * c;
+            }
+            double integral = 0.0;
+            for (std::size_t g = 0; g < rule.points.size(); ++g)
+                integral += rule.weights[g] * std::exp(2.0 * rule.points[g]);
+            CHECK(square == doctest::Approx(integral).epsilon(1e-12));
+        }
+    }
+
+    TEST_CASE("a periodic line differentiates and shifts the waves that it has") {
+        for (const int points : {4, 9, 20}) {
+            const PeriodicLine line(points, 3.0, LineRule::spectral);
+            for (int l = 0; 2 * l < points; ++l) {
+                const double k = 2.0 * pi * l / 3.0, dx = line.spacing();
+                for (int m = 0; m < points; ++m) {
+                    double slope = 0.0, value = 0.0, between = 0.0;
+                    for (int i = 0; i < points; ++i) {
+                        const auto at = static_cast<std::size_t>(i * line.padded() + m);
+                        slope += std::sin(k * i * dx + 0.3) * line.slope_at_cells()[at];
+                        value += std::sin(k * i * dx + 0.3) * line.value_at_cells()[at];
+                        between += std::sin(k * i * dx + 0.3) * line.slope_between_cells()[at];
+                    }
+                    CHECK(value == doctest::Approx(std::sin(k * (m + 0.5) * dx + 0.3)).epsilon(1e-12));
+                    CHECK(slope == doctest::Approx(k * std::cos(k * (m + 0.5) * dx + 0.3)).epsilon(1e-11));
+                    CHECK(between == doctest::Approx(k * std::cos(k * m * dx + 0.3)).epsilon(1e-11));
+                }
+            }
+        }
+    }
+
+    TEST_CASE_FIXTURE(fields::OneThread, "degree 1 on equal edges is the staggered grid to round-off") {
+        std::mt19937 engine(1);
+        for (const int columns : {12, 21}) {
+            Grid grid = rectangle;
+            grid.cells_x = columns;
+            const auto staggered = staggered_on(grid), elements = elements_on({.grid = grid, .degree = 1});
+            const VectorField velocity = random_velocity(*staggered, engine);
+            CellState a = stress_of(*staggered, velocity), b = stress_of(*elements, velocity);
+            for (int k = 0; k < a.count(); ++k)
+                CHECK(largest_difference(a.field(k), b.field(k)) < 1e-12 * 1000.0);
+            a = random_cells(*staggered, engine);
+            VectorField f = staggered->make_velocity(), g = f;
+            staggered->divergence(a.stress, -2.5, f);
+            elements->divergence(a.stress, -2.5, g);
+            CHECK(largest_difference(f.u, g.u) < 1e-13);
+            CHECK(largest_difference(f.v, g.v) < 1e-13);
+            CHECK(elements->wall_power(a.stress, {0.7, -0.2}) ==
+                  doctest::Approx(staggered->wall_power(a.stress, {0.7, -0.2})).epsilon(1e-12));
+            for (const WallData walls : {WallData::zero, WallData::given}) {
+                VectorField x = random_velocity(*staggered, engine), y = x;
+                staggered->solve(x, walls);
+                elements->solve(y, walls);
+                CHECK(largest_difference(x.u, y.u) < 1e-12);
+                CHECK(largest_difference(x.v, y.v) < 1e-12);
+            }
+        }
+    }
+
+    TEST_CASE_FIXTURE(fields::OneThread, "B^T is the transposed of B, with the weights of the points") {
+        std::mt19937 engine(2);
+        const IsotropicElasticity& c = fields::metallic_glass;
+        for (const Choice& choice : choices()) {
+            const auto space = elements_on(choice);
+            VectorField velocity = random_velocity(*space, engine), force = space->make_velocity();
+            space->set_walls({}, velocity);
+            const CellState strained = stress_of(*space, velocity), cells = random_cells(*space, engine);
+            // sum sigma : C^-1 : (C : D(v)) dA
+            double power = 0.0;
+            for (int j = 0; j < choice.grid.cells_y; ++j)
+                for (int i = 0; i < choice.grid.cells_x; ++i) {
+                    const StressField &a = cells.stress, &b = strained.stress;
+                    power +=
+                        choice.grid.cell_area() * space->rows().weight[static_cast<std::size_t>(j)] *
+                        (a.p(i, j) * b.p(i, j) / c.bulk_modulus +
+                         (a.s(i, j) * b.s(i, j) + a.tau(i, j) * b.tau(i, j) + 3.0 * a.q(i, j) * b.q(i, j)) / c.shear_modulus);
+                }
+            space->divergence(cells.stress, 1.0, force);
+            CHECK(product(velocity, force) == doctest::Approx(power).epsilon(1e-11));
+            CHECK(std::accumulate(space->rows().weight.begin(), space->rows().weight.end(), 0.0) ==
+                  doctest::Approx(choice.grid.cells_y).epsilon(1e-13));
+        }
+    }
+
+    TEST_CASE_FIXTURE(fields::OneThread, "the elliptic solver inverts B^T C B, with data on the walls or none") {
+        std::mt19937 engine(3);
+        for (const Choice& choice : choices()) {
+            const auto space = elements_on(choice);
+            for (const WallData walls : {WallData::zero, WallData::given}) {
+                VectorField velocity = random_velocity(*space, engine), force = space->make_velocity();
+                if (walls == WallData::zero)
+                    space->set_walls({}, velocity);
+                space->divergence(stress_of(*space, velocity).stress, 1.0, force);
+                for (const int wall : {0, choice.grid.cells_y})
+                    for (int i = 0; i < choice.grid.cells_x; ++i) {
+                        force.u(i, wall) = velocity.u(i, wall);
+                        force.v(i, wall) = velocity.v(i, wall);
+                    }
+                space->solve(force, walls);
+                CHECK(largest_difference(force.u, velocity.u) < 1e-10);
+                CHECK(largest_difference(force.v, velocity.v) < 1e-10);
+                CHECK(force.u(-1, 3) == force.u(choice.grid.cells_x - 1, 3)); // images
+            }
+            VectorField force = space->make_velocity();
+            force.v(2, 3) = std::numeric_limits<double>::quiet_NaN();
+            CHECK_THROWS_AS(space->solve(force, WallData::zero), RunError);
+        }
+    }
+
+    TEST_CASE_FIXTURE(fields::OneThread,
+                      "a predicted stress is projected onto equilibrium to round-off, and the walls do its work") {
+        std::mt19937 engine(4);
+        for (const Choice& choice : choices()) {
+            const auto space = elements_on(choice);
+            CellState cells = random_cells(*space, engine);
+            VectorField force = space->make_velocity();
+            space->divergence(cells.stress, -1.0 / 0.3, force);
+            space->solve(force, WallData::zero);
+            CHECK(space->correct(force, {0.02, -0.01}, 0.3, cells.stress) > 0.0);
+            CHECK(space->equilibrium_residual(cells.stress, force) < 1e-12);
+            // every velocity with these walls takes the same power out of it: the affine one, and another
+            const Velocity upper{0.4, -0.9};
+            const MeanTraction mean = space->mean_traction(cells.stress);
+            const double power = 2.0 / choice.grid.height * choice.grid.area() * (mean.shear * upper.u + mean.normal * upper.v);
+            CHECK(space->wall_power(cells.stress, upper) == doctest::Approx(power).epsilon(1e-10));
+        }
+    }
+
+    TEST_CASE_FIXTURE(fields::OneThread, "the strain of a smooth velocity and what it is loaded by are exact in the space") {
+        // u = sin(k x) (1 - y^2), v = 0.4 cos(2 k x) y (1 - y^2) between walls at y = -1, 1
+        const double k = 2.0 * pi / rectangle.width;
+        const auto space = elements_on({.degree = 6, .edges = unequal});
+        VectorField velocity = space->make_velocity();
+        fill_nodes(*space, velocity.u, [&](double x, double y) { return std::sin(k * x) * (1.0 - y * y); });
+        fill_nodes(*space, velocity.v, [&](double x, double y) { return 0.4 * std::cos(2.0 * k * x) * y * (1.0 - y * y); });
+        const CellState rate = stress_of(*space, velocity);
+        CellState exact = space->make_cells();
+        const IsotropicElasticity& c = fields::metallic_glass;
+        const auto ux = [&](double x, double y) { return k * std::cos(k * x) * (1.0 - y * y); };
+        const auto uy = [&](double x, double y) { return -2.0 * std::sin(k * x) * y; };
+        const auto vx = [&](double x, double y) { return -0.8 * k * std::sin(2.0 * k * x) * y * (1.0 - y * y); };
+        const auto vy = [&](double x, double y) { return 0.4 * std::cos(2.0 * k * x) * (1.0 - 3.0 * y * y); };
+        fill_cells(*space, exact.stress.p, [&](double x, double y) { return -c.bulk_modulus * (ux(x, y) + vy(x, y)); });
+        fill_cells(*space, exact.stress.s, [&](double x, double y) { return c.shear_modulus * (ux(x, y) - vy(x, y)); });
+        fill_cells(*space, exact.stress.tau, [&](double x, double y) { return c.shear_modulus * (uy(x, y) + vx(x, y)); });
+        fill_cells(*space, exact.stress.q, [&](double x, double y) { return -c.shear_modulus / 3.0 * (ux(x, y) + vy(x, y)); });
+        for (int f = 0; f < 4; ++f)
+            CHECK(largest_difference(rate.field(f), exact.field(f)) < 1e-10);
+    }
+
+    TEST_CASE_FIXTURE(fields::OneThread, "fields are carried along exactly in the space, and over edges from upwind") {
+        // on elements a polynomial that is continuous over the edges has no jumps there
+        const auto space = elements_on({.degree = 6, .edges = unequal}, true);
+        const double k = 2.0 * pi / rectangle.width;
+        VectorField velocity = space->make_velocity();
+        fill_nodes(*space, velocity.u, [&](double, double y) { return 0.3 + y; });
+        fill_nodes(*space, velocity.v, [&](double x, double y) { return (1.0 - y * y) * (0.5 + 0.2 * std::cos(k * x)); });
+        CellState cells = space->make_cells(), rate = space->make_cells(), exact = space->make_cells();
+        VectorField room = space->make_velocity();
+        fill_cells(*space, cells.internal[0], [&](double x, double y) { return std::sin(k * x) * y * y * y + 0.4 * y; });
+        space->transport(cells, velocity, rate, room);
+        fill_cells(*space, exact.internal[0], [&](double x, double y) {
+            const double u = 0.3 + y, v = (1.0 - y * y) * (0.5 + 0.2 * std::cos(k * x));
+            return -u * k * std::cos(k * x) * y * y * y - v * (3.0 * std::sin(k * x) * y * y + 0.4);
+        });
+        CHECK(largest_difference(rate.internal[0], exact.internal[0]) < 1e-10);
+
+        // a step at the edge y = 0.4: only the element downwind of it sees it, and it takes in what it should
+        for (const double direction : {1.0, -1.0}) {
+            fill_nodes(*space, velocity.u, [&](double, double) { return 0.0; });
+            fill_nodes(*space, velocity.v, [&](double, double) { return direction; });
+            fill_cells(*space, cells.internal[0], [&](double, double y) { return y > 0.4 ? 3.0 : 1.0; });
+            space->transport(cells, velocity, rate, room);
+            double inflow = 0.0;
+            for (int j = 0; j < rectangle.cells_y; ++j) {
+                const bool downwind = direction > 0.0 ? j >= 18 : j >= 12 && j < 18;
+                if (!downwind)
+                    CHECK(std::abs(rate.internal[0](5, j)) < 1e-12);
+                inflow += rectangle.dy() * space->rows().weight[static_cast<std::size_t>(j)] * rate.internal[0](5, j);
+            }
+            // d/dt of the integral: |v| times what comes in less what is there
+            CHECK(inflow == doctest::Approx(direction > 0.0 ? 1.0 - 3.0 : 3.0 - 1.0).epsilon(1e-12));
+        }
+    }
+
+    TEST_CASE_FIXTURE(fields::OneThread, "stress turns with the spin of the velocity") {
+        const auto space = elements_on({.degree = 6, .edges = unequal}, true);
+        CellState cells = space->make_cells(), rate = space->make_cells();
+        VectorField velocity = space->make_velocity(), room = velocity;
+        fill_nodes(*space, velocity.u, [&](double, double y) { return 0.7 * y; });
+        set_all(cells.stress.s, 2.0);
+        set_all(cells.stress.tau, -3.0);
+        space->transport(cells, velocity, rate, room);
+        // ds/dt = (uy - vx) tau, dtau/dt = -(uy - vx) s
+        CHECK(rate.stress.s(3, 7) == doctest::Approx(-2.1).epsilon(1e-11));
+        CHECK(rate.stress.tau(3, 7) == doctest::Approx(-1.4).epsilon(1e-11));
+    }
+
+    TEST_CASE("what cannot be is refused with a way out") {
+        const auto message = [&](const Grid& grid, bool transported, const ElementOptions& options) -> std::string {
+            try {
+                (void)make_element_space(grid, {fields::glass_law, transported}, options);
+            } catch (const InputError& error) {
+                return error.what();
+            }
+            return "";
+        };
+        const auto contains = [](const std::string& text, const char* part) { return text.find(part) != std::string::npos; };
+        CHECK(contains(message(rectangle, false, {.degree = 7}), "take 21 or 28 rows"));
+        CHECK(contains(message(rectangle, false, {.degree = 17}), "1 to 16"));
+        CHECK(contains(message(rectangle, true, {.degree = 1}), "staggered"));
+        CHECK(contains(message(rectangle, false, {.degree = 6, .edges = {0.0}}), "make 4"));
+        CHECK(contains(message(rectangle, false, {.degree = 6, .edges = {0.5, 0.2, 0.9}}), "rise"));
+        CHECK(contains(message(rectangle, false, {.degree = 6, .edges = {-1.5, 0.2, 0.9}}), "rise"));
+    }
+}
