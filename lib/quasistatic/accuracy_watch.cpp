@@ -67,6 +67,7 @@ void AccuracyWatch::observe(State& state, bool last, TimeStepper& stepper) {
     frozen_ += squares_ * std::max(frozen, frozen_before_);
     frozen_before_ = frozen;
     squares_ = 0.0;
+    unresolved_ = space_.unresolved(state.cells);
     const double residual = space_.equilibrium_residual(state.cells.stress, force_);
     if (!(residual <= residual_)) {
         residual_ = residual;
@@ -92,6 +93,12 @@ std::vector<std::string> AccuracyWatch::warnings() const {
             fmt::format("the stress is out of equilibrium by {:.2g} of itself from cell to cell at t = {:.6g} s: use "
                         "--operator exact",
                         residual_, residual_time_ * scene_.units.time));
+    for (const auto& [share, direction] : {std::pair{unresolved_.x, "x"}, std::pair{unresolved_.y, "y"}})
+        if (!(share <= unresolved))
+            sentences.push_back(
+                fmt::format("the finest scales of the space in {} hold {:.2g} of the yield stress (or of the internal "
+                            "variable's scale) somewhere: what is finer is not shown: use more --cells in {}",
+                            direction, share, direction));
     if (wall_speed_ > inertial_wall_speed(scene_))
         sentences.push_back(fmt::format("under their load the walls moved at {:.4g} m/s at t = {:.6g} s, and inertia, which is "
                                         "left out here, counts from {:.3g} m/s on: lower the traction, or end the run earlier",

@@ -34,6 +34,7 @@ public:
     static constexpr double doubtful_error = 0.01;    ///< above it the summary warns
     static constexpr double doubtful_residual = 1e-3; ///< above it the summary warns
     static constexpr double doubtful_energy = 0.01;   ///< of the work; above it the summary warns
+    static constexpr double unresolved = 0.015;       ///< at the end, of Space::unresolved; above it the summary warns
     static constexpr int residual_interval = 64;      ///< steps from one look at the residual to the next
 
     AccuracyWatch(const Scene& scene, const Space& space);
@@ -65,6 +66,7 @@ public:
 private:
     void observe_walls(const State& state);
 
+    Unresolved unresolved_; // at the end
     Scene scene_;
     const Space& space_;
     VectorField force_; // room for the residual

@@ -33,8 +33,10 @@ void MethodOfLines::open_rate(CellState& cells, const VectorField& velocity, Cel
 
 RateReport MethodOfLines::evaluate(CellState& cells, const WallRates& told, VectorField& velocity, CellState& rate) {
     const bool transported = scene_.model == Model::full;
+    Timer preparing;
     if (transported)
         space_.prepare_transport(cells);
+    rate_seconds_ += preparing.lap();
     ++evaluations_;
 
     RateReport report;

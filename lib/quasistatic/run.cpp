@@ -118,9 +118,9 @@ public:
         for (const InternalVariable& variable : scene_.law->variables())
             columns.insert(columns.end(),
                            {fmt::format("smallest_{}", column_name(variable)), fmt::format("largest_{}", column_name(variable))});
-        columns.insert(columns.end(),
-                       {"plastic_fraction", "equilibrium_residual", "step_measure", "wall_opening_strain", "wall_strain_rate_1/s",
-                        "elastic_energy_J", "wall_work_J", "plastic_dissipation_J", "transported_energy_J", "energy_error_J"});
+        columns.insert(columns.end(), {"plastic_fraction", "equilibrium_residual", "step_measure", "wall_opening_strain",
+                                       "wall_strain_rate_1/s", "elastic_energy_J", "wall_work_J", "plastic_dissipation_J",
+                                       "transported_energy_J", "energy_error_J", "unresolved_x", "unresolved_y"});
         return columns;
     }
 
@@ -129,6 +129,7 @@ public:
         const State& state = shown();
         const Observables o = space_.observe(state.cells);
         const EnergyFlow& passed = state.cells.energy;
+        const Unresolved unresolved = space_.unresolved(state.cells);
         const double half_height = 0.5 * scene_.grid.height;
         const Velocity walls = wall_displacement(scene_, state);
         values.insert(values.end(), {state.time * u.time, static_cast<double>(state.step), last_dt_ * u.time,
@@ -141,7 +142,8 @@ public:
         values.insert(values.end(), {o.plastic_fraction, space_.equilibrium_residual(state.cells.stress, force_), last_measure_,
                                      walls.v / half_height, state.velocity.u(0, scene_.grid.cells_y) / half_height / u.time,
                                      o.elastic_energy * joule(), passed.work * joule(), passed.dissipation * joule(),
-                                     passed.transport * joule(), watch_.energy_error(o.elastic_energy, passed) * joule()});
+                                     passed.transport * joule(), watch_.energy_error(o.elastic_energy, passed) * joule(),
+                                     unresolved.x, unresolved.y});
     }
 
     [[nodiscard]] run::Curve curve() const override {

@@ -49,7 +49,7 @@ public:
     [[nodiscard]] RowsOf<const double> from(int k, int l = 0) const { return {row(k, l), padded_}; }
 
 private:
-    static constexpr std::size_t arrays = 14;
+    static constexpr std::size_t arrays = 10;
     std::size_t size_;
     int padded_;
     double* first_;
@@ -59,7 +59,6 @@ private:
 namespace array {
 constexpr int ux = 0, uy = 1, vx = 2, vy = 3, u = 4, v = 5;       // at stress points
 constexpr int u_slope = 6, u_value = 7, v_slope = 8, v_value = 9; // at nodes and, in x, cells
-constexpr int f_x = 10, f_y = 11, jumps = 12;                     // of a field that is carried along
 } // namespace array
 
 /// Fourier series in x and elements in y.
@@ -78,9 +77,12 @@ public:
         : Space(grid, medium, ElementLine(options.degree, edges).rows()),
           x_(grid.cells_x, grid.width, options.degree == 1 ? LineRule::staggered : LineRule::spectral),
           y_(options.degree, std::move(edges)), modes_(x_, y_, medium.law->elasticity()),
-          edges_(static_cast<std::size_t>(4 * y_.elements() * x_.padded())) {}
+          edges_(static_cast<std::size_t>(4 * y_.elements() * x_.padded())) {
+        for (const double weight : y_.at_top)
+            minus_at_top_.push_back(-weight);
+    }
 
-    void prepare_transport(CellState&) const override {}
+    void prepare_transport(CellState& cells) const override;
     void solve(VectorField& force, WallData walls) override { modes_.solve(force, walls); }
     void divergence(const StressField& stress, double factor, VectorField& force) const override;
     void close(const VectorField& velocity, CellState& rate) const override;
@@ -93,6 +95,8 @@ public:
     }
 
 protected:
+    using Space::unresolved;
+    [[nodiscard]] Unresolved unresolved(const Field& field) const override;
     void sweep(const CellState& cells, const VectorField& velocity, bool elastic, CellState& sources, RowKernel kernel,
                double factor, VectorField& force) override;
 
@@ -112,8 +116,14 @@ private:
                                           Pack(by_height) * load(vy + i)};
         };
     }
-    /// Adds -(v . grad) f to the element's rows of `rate`.
-    void carry(const Field& f, int e, const Scratch& scratch, Field& rate) const;
+    /// rate = -(v . grad) f on the element's rows of field k, as prepared.
+    void carry(int k, int e, const Scratch& scratch, Field& rate) const;
+    /// f at the lower edge of an element less f of the element below there.
+    void jump(const Field& f, int e, double* row) const {
+        const int p = y_.degree;
+        multiply(1, p, x_.padded(), {y_.at_bottom.data(), p}, {f.row(e * p), f.stride()}, {row, 0});
+        multiply<true>(1, p, x_.padded(), {minus_at_top_.data(), p}, {f.row((e - 1) * p), f.stride()}, {row, 0});
+    }
     /// Forces on the nodes within the element; those at its edges wait for join_edges().
     void find_forces(const StressField& stress, double factor, int e, const Scratch& scratch, VectorField& force) const;
     void join_edges(VectorField& force) const;
@@ -124,7 +134,14 @@ private:
 
     PeriodicLine x_;
     ElementLine y_;
+    std::vector<double> minus_at_top_;
     ElementModes modes_;
+    /// What transport takes from the fields alone, so that all velocities of a right-hand side share it: slopes in x and in y at
+    /// the stress points, and at the lower edge of each element the difference to the one below.
+    struct Slopes {
+        Field x, y, jumps;
+    };
+    mutable std::vector<Slopes> slopes_;
     mutable aligned_vector<double> edges_; ///< [elements][lower, upper][u, v][padded], room to work in
 };
 
@@ -147,41 +164,45 @@ void ElementSpace::find_gradients(const VectorField& velocity, int e, bool with_
     }
 }
 
-void ElementSpace::carry(const Field& f, int e, const Scratch& s, Field& rate) const {
-    const int p = y_.degree, padded = x_.padded(), first = e * p;
-    const auto rows_of_element = [&](int element) { return RowsOf<const double>{f.row(element * p), f.stride()}; };
-    multiply(p, x_.points(), padded, rows_of_element(e), {x_.slope_between_cells(), padded}, s.rows(array::f_x));
-    multiply(p, p, padded, {y_.slope_of_stress.data(), p}, rows_of_element(e), s.rows(array::f_y));
+void ElementSpace::prepare_transport(CellState& cells) const {
+    const int p = y_.degree, padded = x_.padded();
+    slopes_.resize(static_cast<std::size_t>(cells.count()));
+    for (Slopes& of_field : slopes_)
+        if (of_field.x.rows() == 0)
+            of_field = {Field(grid().cells_y, grid().cells_x), Field(grid().cells_y, grid().cells_x),
+                        Field(y_.elements(), grid().cells_x)};
+    for_each_element([&](int e, const Scratch&) {
+        for (int k = 0; k < cells.count(); ++k) {
+            const Field& f = cells.field(k);
+            auto& [x, y, jumps] = slopes_[static_cast<std::size_t>(k)];
+            const RowsOf<const double> rows{f.row(e * p), f.stride()};
+            multiply(p, x_.points(), padded, rows, {x_.slope_between_cells(), padded}, {x.row(e * p), x.stride()});
+            multiply(p, p, padded, {y_.slope_of_stress.data(), p}, rows, {y.row(e * p), y.stride()});
+            if (e > 0)
+                jump(f, e, jumps.row(e));
+        }
+    });
+}
 
-    // what comes in through the lower and the upper edge, a unit of l_g/W_g
-    double *bottom = s.row(array::jumps, 0), *top = s.row(array::jumps, 1);
-    const auto edge_value = [&](int element, const std::vector<double>& weights, int i) __attribute__((DUCTILE_ALWAYS_INLINE)) {
-        Pack sum(0.0);
-        for (int g = 0; g < p; ++g)
-            sum = sum + Pack(weights[static_cast<std::size_t>(g)]) * load(f.row(element * p + g) + i);
-        return sum;
-    };
-    const double *v_bottom = s.row(array::v_value, 0), *v_top = s.row(array::v_value, p);
-    for (int i = 0; i < x_.points(); i += pack_size) {
-        Pack in_bottom(0.0), in_top(0.0);
-        if (e > 0)
-            in_bottom =
-                maximum(load(v_bottom + i), Pack(0.0)) * (edge_value(e, y_.at_bottom, i) - edge_value(e - 1, y_.at_top, i));
-        if (e + 1 < y_.elements())
-            in_top = minimum(load(v_top + i), Pack(0.0)) * (edge_value(e + 1, y_.at_bottom, i) - edge_value(e, y_.at_top, i));
-        store(in_bottom, bottom + i);
-        store(in_top, top + i);
-    }
+void ElementSpace::carry(int k, int e, const Scratch& s, Field& rate) const {
+    const int p = y_.degree;
+    const auto& [x, y, jumps] = slopes_[static_cast<std::size_t>(k)];
+    const bool has_lower = e > 0, has_upper = e + 1 < y_.elements();
+    const double *v_lower = s.row(array::v_value, 0), *v_upper = s.row(array::v_value, p);
+    const double *lower = jumps.row(e), *upper = jumps.row(has_upper ? e + 1 : e);
     const double by_height = 2.0 / y_.height(e);
     for (int l = 0; l < p; ++l) {
         const auto g = static_cast<std::size_t>(l);
-        const Pack from_bottom(by_height * y_.at_bottom[g] / y_.gauss.weights[g]),
-            from_top(by_height * y_.at_top[g] / y_.gauss.weights[g]);
-        double* const target = rate.row(first + l);
+        const Pack from_lower(has_lower ? by_height * y_.at_bottom[g] / y_.gauss.weights[g] : 0.0);
+        const Pack from_upper(has_upper ? by_height * y_.at_top[g] / y_.gauss.weights[g] : 0.0);
+        const int j = e * p + l;
+        const double *f_x = x.row(j), *f_y = y.row(j), *u = s.row(array::u, l), *v = s.row(array::v, l);
+        double* const target = rate.row(j);
         for (int i = 0; i < x_.points(); i += pack_size) {
-            const Pack carried = load(s.row(array::u, l) + i) * load(s.row(array::f_x, l) + i) +
-                                 Pack(by_height) * load(s.row(array::v, l) + i) * load(s.row(array::f_y, l) + i);
-            store(load(target + i) - carried - from_bottom * load(bottom + i) - from_top * load(top + i), target + i);
+            const Pack within = load(u + i) * load(f_x + i) + Pack(by_height) * load(v + i) * load(f_y + i);
+            const Pack comes_in = from_lower * maximum(load(v_lower + i), Pack(0.0)) * load(lower + i) +
+                                  from_upper * minimum(load(v_upper + i), Pack(0.0)) * load(upper + i);
+            store(-(within + comes_in), target + i);
         }
     }
 }
@@ -195,14 +216,12 @@ void ElementSpace::sweep(const CellState& cells, const VectorField& velocity, bo
     for_each_element([&](int e, const Scratch& scratch) {
         if (elastic || transported)
             find_gradients(velocity, e, transported, scratch);
-        for (int l = 0; l < p; ++l) {
-            const int j = e * p + l;
-            for (int k = 0; k < sources.count(); ++k)
-                std::fill_n(sources.field(k).row(j), round_up_to_row_unit(columns), 0.0);
-        }
-        if (transported)
-            for (int k = 0; k < cells.count(); ++k)
-                carry(cells.field(k), e, scratch, sources.field(k));
+        for (int k = 0; k < sources.count(); ++k)
+            if (transported)
+                carry(k, e, scratch, sources.field(k));
+            else
+                for (int l = 0; l < p; ++l)
+                    std::fill_n(sources.field(k).row(e * p + l), x_.padded(), 0.0);
         for (int l = 0; l < p; ++l) {
             const int j = e * p + l;
             const auto gradient_at = gradients_of_row(e, l, scratch);
@@ -312,6 +331,40 @@ double ElementSpace::correct(const VectorField& phi, const Velocity& wall, doubl
                 medium().law->elasticity(), gradients_of_row(e, l, scratch), wall_rate(wall), dt, e * y_.degree + l, stress);
     });
     return root_mean_of_row_sums();
+}
+
+Unresolved ElementSpace::unresolved(const Field& field) const {
+    const int p = y_.degree, padded = x_.padded(), tail = std::max(1, p / 4), points = x_.points();
+    const auto visit = [&](int e, Unresolved& largest) {
+        const Scratch scratch(p + 1, padded);
+        const RowsOf<const double> rows{field.row(e * p), field.stride()};
+        // of the waves in x the square is integrated over y, of the polynomials in y it is the sum of the coefficients'
+        multiply(p, points, padded, rows, {x_.short_waves(), padded}, scratch.rows(0));
+        multiply(tail, p, padded, {y_.legendre.data() + static_cast<std::ptrdiff_t>(p - tail) * p, p}, rows, scratch.rows(1));
+        const auto mean_square = [&](int array, int l) {
+            double sum = 0.0;
+            for (int i = 0; i < points; ++i)
+                sum += scratch.row(array, l)[i] * scratch.row(array, l)[i];
+            return 0.5 * sum / points;
+        };
+        double x = 0.0, y = 0.0;
+        for (int l = 0; l < p; ++l)
+            x += y_.gauss.weights[static_cast<std::size_t>(l)] * mean_square(0, l);
+        for (int l = 0; l < tail; ++l)
+            y += mean_square(1, l);
+        if (e > 0) {
+            jump(field, e, scratch.row(2, 0));
+            y = std::max(y, 2.0 * mean_square(2, 0));
+        }
+        largest.x = std::max(largest.x, x);
+        largest.y = std::max(largest.y, y);
+    };
+    const Unresolved squares =
+        gather_rows(Rows{y_.elements(), p * points}, Unresolved{}, visit, [](Unresolved& total, const Unresolved& part) {
+            total.x = std::max(total.x, part.x);
+            total.y = std::max(total.y, part.y);
+        });
+    return {std::sqrt(squares.x), std::sqrt(squares.y)};
 }
 
 double ElementSpace::wall_power(const StressField& stress, const Velocity& upper) const {

@@ -29,13 +29,16 @@ PeriodicLine::PeriodicLine(int points, double width, LineRule rule)
     const auto slope_of_cell = [&](int l, double angle) {
         return 2 * l == points ? 0.0 : -2.0 * pi * l / width * std::sin(angle);
     };
-    std::vector<double> slopes, values, slopes_of_cells; // by the whole part of the shift
+    const auto if_short = [&](int l, double angle) { return 4 * (l - 1) >= 3 * (points / 2) ? std::cos(angle) : 0.0; };
+    std::vector<double> slopes, values, slopes_of_cells, shares; // by the whole part of the shift
     for (int shift = 0; shift < points; ++shift) {
         slopes.push_back(sum(shift + 0.5, slope));
         values.push_back(sum(shift + 0.5, value));
         slopes_of_cells.push_back(sum(shift, slope_of_cell));
+        shares.push_back(sum(shift, if_short));
     }
-    for (auto* matrix : {&slope_at_cells_, &value_at_cells_, &slope_transposed_, &value_transposed_, &slope_between_cells_})
+    for (auto* matrix :
+         {&slope_at_cells_, &value_at_cells_, &slope_transposed_, &value_transposed_, &slope_between_cells_, &short_waves_})
         matrix->resize(m * n);
     for (std::size_t from = 0; from < m; ++from)
         for (std::size_t column = 0; column < n; ++column) {
@@ -45,6 +48,7 @@ PeriodicLine::PeriodicLine(int points, double width, LineRule rule)
             slope_transposed_[at] = slopes[back];
             value_transposed_[at] = values[back];
             slope_between_cells_[at] = slopes_of_cells[shift];
+            short_waves_[at] = shares[shift];
         }
 }
 

@@ -36,13 +36,16 @@ public:
     [[nodiscard]] const double* value_transposed() const { return value_transposed_.data(); }
     /// From cells to the slope there, always spectral; the Nyquist wave has none.
     [[nodiscard]] const double* slope_between_cells() const { return slope_between_cells_.data(); }
-    [[nodiscard]] std::size_t memory_bytes() const { return 5 * slope_at_cells_.size() * sizeof(double); }
+    /// From cells to what the last quarter of the waves makes there.
+    [[nodiscard]] const double* short_waves() const { return short_waves_.data(); }
+    [[nodiscard]] std::size_t memory_bytes() const { return 6 * slope_at_cells_.size() * sizeof(double); }
 
 private:
     int points_, padded_;
     double spacing_;
     std::vector<double> kappa_, iota_;
-    aligned_vector<double> slope_at_cells_, value_at_cells_, slope_transposed_, value_transposed_, slope_between_cells_;
+    aligned_vector<double> slope_at_cells_, value_at_cells_, slope_transposed_, value_transposed_, slope_between_cells_,
+        short_waves_;
 };
 
 } // namespace ductile

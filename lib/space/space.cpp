@@ -324,6 +324,17 @@ Observables Space::observe(const CellState& cells) const {
     return seen;
 }
 
+Unresolved Space::unresolved(const CellState& cells) const {
+    Unresolved largest = unresolved(cells.stress.tau);
+    const auto variables = medium_.law->variables();
+    for (std::size_t k = 0; k < variables.size(); ++k) {
+        const Unresolved here = unresolved(cells.internal[k]);
+        largest.x = std::max(largest.x, here.x / variables[k].natural_scale());
+        largest.y = std::max(largest.y, here.y / variables[k].natural_scale());
+    }
+    return largest;
+}
+
 double Space::root_mean_of_row_sums() const {
     double sum = 0.0; // row after row, so that the result does not depend on the number of threads
     for (std::size_t j = 0; j < rows_.weight.size(); ++j)

@@ -77,6 +77,15 @@ struct Observables {
     double elastic_energy = 0.0; ///< of the whole domain: sum of (p^2/K + (s^2 + tau^2 + 3 q^2)/mu)/2 dA
 };
 
+/// What the finest scales of a space hold of tau and the internal variables, in units of the yield stress and of their scales:
+/// the largest of all fields and rows (staggered) or elements, root mean squares there. Where fields are resolved it falls with
+/// the error of the space; where it stays, they have structures that the space cannot show. On elements: the last quarter of the
+/// waves in x; in y the last quarter of the Legendre coefficients, or the jumps at edges where they are larger. On the staggered
+/// grid: a quarter of the second difference from cell to cell, which of a wave as short as the grid allows is the wave itself.
+struct Unresolved {
+    double x = 0.0, y = 0.0;
+};
+
 /// Mean of tau and of sigma_yy over all cells: the traction on the walls, in equilibrium.
 struct MeanTraction {
     double shear = 0.0, normal = 0.0;
@@ -108,7 +117,8 @@ public:
 
     // what depends on where velocity lives
 
-    /// What transport wants to find beside the values of a state: called for `cells` after each change of them, before rates().
+    /// What transport wants to find beside the values of a state, and takes from `cells` alone: called before the first of the
+    /// rates() of the same cells.
     virtual void prepare_transport(CellState& cells) const = 0;
 
     /// K v = force with v = 0 on the walls (or, WallData::given, what `force` has there), in place. Throws RunError when the
@@ -189,6 +199,7 @@ public:
     [[nodiscard]] double yield_ratio(const CellState& cells, double dt, const CellState& rate) const;
     [[nodiscard]] MeanTraction mean_traction(const StressField& stress);
     [[nodiscard]] Observables observe(const CellState& cells) const;
+    [[nodiscard]] Unresolved unresolved(const CellState& cells) const;
 
     /// Cells as one vector without images, field after field, scaled such that the root mean square of all components is
     /// sqrt(1/n) times norm() of the state, n the number of fields, if internal variables are counted together: with an absolute
@@ -204,6 +215,8 @@ protected:
     /// `kernel` makes of it what it wants, and `force` factor * B^T of the stress that comes out.
     virtual void sweep(const CellState& cells, const VectorField& velocity, bool elastic, CellState& sources, RowKernel kernel,
                        double factor, VectorField& force) = 0;
+    /// The same of one field.
+    [[nodiscard]] virtual Unresolved unresolved(const Field& field) const = 0;
     /// Room for a number of each row, so that sums do not depend on the number of threads.
     [[nodiscard]] std::vector<double>& row_sums() { return row_sums_; }
     /// The root of the mean of a square over the domain, whose sums over the cells of a row are there.

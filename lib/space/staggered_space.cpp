@@ -115,6 +115,8 @@ public:
     void prepare_transport(CellState& cells) const override { extrapolate_to_ghost_rows(cells); }
 
 protected:
+    using Space::unresolved;
+    [[nodiscard]] Unresolved unresolved(const Field& field) const override;
     void sweep(const CellState& cells, const VectorField& velocity, bool elastic, CellState& sources, RowKernel kernel,
                double factor, VectorField& force) override;
 
@@ -162,6 +164,31 @@ double StaggeredSpace::wall_power(const StressField& stress, const Velocity& upp
             force_y -= stress.p(i, j) + stress.s(i, j) + stress.q(i, j);
         }
     return grid().dx() * (force_x * upper.u + force_y * upper.v);
+}
+
+Unresolved StaggeredSpace::unresolved(const Field& field) const {
+    const Pack columns(static_cast<double>(grid().cells_x));
+    const auto visit = [&](int j, Unresolved& largest) {
+        Pack square_x(0.0), square_y(0.0);
+        const bool inside = j > 0 && j + 1 < grid().cells_y;
+        const double *here = field.row(j), *below = field.row(inside ? j - 1 : j), *above = field.row(inside ? j + 1 : j);
+        for (int i = 0; i < grid().cells_x; i += pack_size) {
+            const Pack twice = Pack(2.0) * load(here + i);
+            const Pack x = Pack(0.25) * (load(here + i - 1) - twice + load(here + i + 1));
+            const Pack y = Pack(0.25) * (load(below + i) - twice + load(above + i));
+            const Pack::Mask real = Pack::counting_from(i) < columns;
+            square_x = square_x + select(real, x * x, Pack(0.0));
+            square_y = square_y + select(real, y * y, Pack(0.0));
+        }
+        largest.x = std::max(largest.x, sum_of(square_x));
+        largest.y = std::max(largest.y, sum_of(square_y));
+    };
+    const Unresolved squares =
+        gather_rows(Rows{grid().cells_y, grid().cells_x}, Unresolved{}, visit, [](Unresolved& total, const Unresolved& part) {
+            total.x = std::max(total.x, part.x);
+            total.y = std::max(total.y, part.y);
+        });
+    return {std::sqrt(squares.x / grid().cells_x), std::sqrt(squares.y / grid().cells_x)};
 }
 
 double StaggeredSpace::correct(const VectorField& phi, const Velocity& wall, double dt, StressField& stress) {
