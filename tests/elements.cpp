@@ -326,6 +326,84 @@ TEST_SUITE("elements") {
         CHECK(rate.stress.tau(3, 7) == doctest::Approx(-1.4).epsilon(1e-11));
     }
 
+    TEST_CASE_FIXTURE(fields::OneThread,
+                      "values between the points are those of series and polynomials, on the staggered grid linear") {
+        const double k = 2.0 * pi / rectangle.width;
+        const std::vector<double> x{0.0, 0.2, 5.5, 11.9}, y{0.0, 0.3, 3.7, 12.0, 23.99, 24.0}; // in cells
+        const auto space = elements_on({.degree = 6, .edges = unequal});
+        const auto value = [&](double at_x, double at_y) {
+            return std::sin(k * at_x + 0.2) * std::pow(at_y, 5) + std::cos(3.0 * k * at_x);
+        };
+        for (const Space::At at : {Space::At::cells, Space::At::nodes}) {
+            VectorField velocity = space->make_velocity();
+            CellState cells = space->make_cells();
+            Field& field = at == Space::At::cells ? cells.stress.tau : velocity.u;
+            if (at == Space::At::cells)
+                fill_cells(*space, field, value);
+            else
+                fill_nodes(*space, field, value);
+            const Field there = space->interpolation(at, x, y)(field.row(0), field.stride(), field.columns());
+            for (std::size_t j = 0; j < y.size(); ++j)
+                for (std::size_t i = 0; i < x.size(); ++i)
+                    CHECK(there(static_cast<int>(i), static_cast<int>(j)) ==
+                          doctest::Approx(value(rectangle.x(x[i]), rectangle.y(y[j]))).epsilon(1e-11));
+        }
+        const auto staggered = staggered_on(rectangle);
+        CellState cells = staggered->make_cells();
+        fill_cells(*staggered, cells.stress.tau, [&](double, double at_y) { return 2.0 * at_y - 1.0; });
+        cells.stress.tau(2, 7) += 0.8;
+        const Field there = staggered->interpolation(Space::At::cells, {3.0, 2.5, 0.1},
+                                                     {7.5, 24.0})(cells.stress.tau.row(0), cells.stress.tau.stride(), 12);
+        const double linear = 2.0 * rectangle.y(7.5) - 1.0;
+        CHECK(there(0, 0) == doctest::Approx(linear + 0.4).epsilon(1e-13)); // between it and its neighbour
+        CHECK(there(1, 0) == doctest::Approx(linear + 0.8).epsilon(1e-13));
+        CHECK(there(2, 0) == doctest::Approx(linear).epsilon(1e-13));
+        CHECK(there(2, 1) == doctest::Approx(1.0).epsilon(1e-13)); // at the wall, beyond the last centre
+    }
+
+    TEST_CASE_FIXTURE(fields::OneThread,
+                      "what the finest scales hold is nothing of smooth fields, and all of short waves and jumps") {
+        const double k = 2.0 * pi / rectangle.width;
+        const auto space = elements_on({.degree = 8});
+        CellState cells = space->make_cells();
+        fill_cells(*space, cells.stress.tau, [&](double x, double y) { return 1.0 + std::cos(2.0 * k * x) * y * y; });
+        CHECK(space->unresolved(cells).x < 1e-13);
+        CHECK(space->unresolved(cells).y < 1e-12);
+        fill_cells(*space, cells.stress.tau,
+                   [&](double x, double) { return 0.3 * std::cos(5.0 * k * x); }); // of 12 points: short
+        CHECK(space->unresolved(cells).x == doctest::Approx(0.3 / std::sqrt(2.0)).epsilon(1e-12));
+        // chi in units of its scale; the Legendre polynomial of degree 7 in the second of three elements, mean square 1/15
+        set_all(cells.stress.tau, 0.0);
+        const double scale = fields::glass_law->variables()[0].natural_scale();
+        fill_cells(*space, cells.internal[0], [&](double, double y) {
+            const double t = 3.0 * y;
+            return std::abs(t) > 1.0
+                       ? 0.0
+                       : scale * 0.2 * (429.0 * std::pow(t, 7) - 693.0 * std::pow(t, 5) + 315.0 * t * t * t - 35.0 * t) / 16.0;
+        });
+        CHECK(space->unresolved(cells).x < 1e-13);
+        CHECK(space->unresolved(cells).y == doctest::Approx(0.2).epsilon(1e-11)); // the jump at its edges, P_7(1) = 1, exceeds it
+        fill_cells(*space, cells.internal[0], [&](double, double y) { return y > -1.0 / 3.0 ? scale * 0.7 : scale * 0.6; });
+        CHECK(space->unresolved(cells).y == doctest::Approx(0.1).epsilon(1e-11));
+        fill_cells(*space, cells.internal[0], [&](double, double y) { // and of degree 6, without jumps
+            const double t = 3.0 * (y < -1.0 / 3.0 ? y + 2.0 / 3.0 : y > 1.0 / 3.0 ? y - 2.0 / 3.0 : y), s = t * t;
+            return scale * 0.2 * (231.0 * s * s * s - 315.0 * s * s + 105.0 * s - 5.0) / 16.0;
+        });
+        CHECK(space->unresolved(cells).y == doctest::Approx(0.2 / std::sqrt(13.0)).epsilon(1e-11));
+
+        const auto staggered = staggered_on(rectangle);
+        CellState rough = staggered->make_cells();
+        fill_cells(*staggered, rough.stress.tau, [](double, double y) { return 3.0 * y; });
+        CHECK(staggered->unresolved(rough).x == 0.0);
+        CHECK(staggered->unresolved(rough).y < 1e-14);
+        for (int j = 0; j < rectangle.cells_y; ++j)
+            for (int i = 0; i < rectangle.cells_x; ++i)
+                rough.stress.tau(i, j) = i % 2 == 0 ? 0.25 : -0.25;
+        rough.stress.tau.wrap();
+        CHECK(staggered->unresolved(rough).x == doctest::Approx(0.25).epsilon(1e-14));
+        CHECK(staggered->unresolved(rough).y < 1e-14);
+    }
+
     TEST_CASE("what cannot be is refused with a way out") {
         const auto message = [&](const Grid& grid, bool transported, const ElementOptions& options) -> std::string {
             try {

@@ -91,7 +91,7 @@ TEST_SUITE("energy_ledger") {
             }
     }
 
-    TEST_CASE_FIXTURE(fields::OneThread, "without flow the ledger closes to round-off, and its work is that of a spring") {
+    TEST_CASE_FIXTURE(fields::EachSpace, "without flow the ledger closes to round-off, and its work is that of a spring") {
         const double end = 5e4, strain = 2e-7 * end;
         for (const std::string scheme : {"euler", "substepped", "incremental", "ralston", "bogacki-shampine", "dormand-prince",
                                          "chebyshev", "arkode-3", "cvode-adams", "cvode-bdf", "ida", "mri"}) {
@@ -106,16 +106,18 @@ TEST_SUITE("energy_ledger") {
         }
     }
 
-    TEST_CASE_FIXTURE(fields::OneThread, "what is left open falls with the step as the order of the scheme says") {
+    TEST_CASE_FIXTURE(fields::EachSpace, "what is left open falls with the step as the order of the scheme says") {
         struct Tried {
             const char* scheme;
             double order, largest; // of what is open at the coarser step
+            double enough = 1e-8;  // at the finer one
         };
         for (const Model model : {Model::reduced, Model::full})
-            for (const Tried& tried : {Tried{"euler", 1, 0.02}, Tried{"substepped", 1, 0.02}, Tried{"incremental", 1.8, 1e-3},
-                                       Tried{"ralston", 2, 1e-4}, Tried{"bogacki-shampine", 2.5, 1e-5},
-                                       Tried{"chebyshev", 2, 1e-4}, Tried{"mri", 2, 1e-4}}) {
-                CAPTURE(tried.scheme);
+            for (const Tried& tried :
+                 {Tried{"euler", 1, 0.02}, Tried{"substepped", 1, 0.02}, Tried{"incremental", 1.8, 1e-3},
+                  Tried{"ralston", 2, 1e-4}, Tried{"bogacki-shampine", 2.5, 1e-5}, Tried{"chebyshev", 2, 1e-4},
+                  Tried{"mri", 2, 1e-4, 4e-7}}) { // there parts of both signs cancel on elements
+                CAPTURE(std::string(tried.scheme));
                 CAPTURE(static_cast<int>(model));
                 const Scene scene = sheared(model, {2e-7, 0.0});
                 // from a state that flows: no cell crosses the corner of the law
@@ -131,11 +133,11 @@ TEST_SUITE("energy_ledger") {
                 CHECK(open[0] < tried.largest);
                 // frozen spin and advection leave the first order
                 const double order = model == Model::full && std::string_view(tried.scheme) == "incremental" ? 1.0 : tried.order;
-                CHECK((std::log2(open[0] / open[1]) > order - 0.3 || open[1] < 1e-8));
+                CHECK((std::log2(open[0] / open[1]) > order - 0.3 || open[1] < tried.enough));
             }
     }
 
-    TEST_CASE_FIXTURE(fields::OneThread, "a tolerance bounds what is left open") {
+    TEST_CASE_FIXTURE(fields::EachSpace, "a tolerance bounds what is left open") {
         const Scene scene = sheared(Model::reduced, {2e-7, 0.0});
         const State start = rough_start(scene);
         // the work is 0.02 s_Y a unit of area: 40 integrations of a tolerance, each from order one
@@ -148,7 +150,7 @@ TEST_SUITE("energy_ledger") {
         }
     }
 
-    TEST_CASE_FIXTURE(fields::OneThread, "walls under force control do the work that the glass takes") {
+    TEST_CASE_FIXTURE(fields::EachSpace, "walls under force control do the work that the glass takes") {
         Scene scene = sheared(Model::reduced, {});
         scene.walls = {{By::traction, History<double>(std::vector<History<double>::Knot>{{0.0, 0.0}, {2e5, 1.08}})},
                        {By::traction, History<double>(0.1)}};

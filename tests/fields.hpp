@@ -133,9 +133,30 @@ inline void check_uniform(const Field& f, double value, double bound) {
     CHECK(worst <= bound);
 }
 
+/// Which one space_for() makes; see EachSpace.
+inline SpaceKind space_kind = SpaceKind::staggered;
+
+/// Elements as high as may be, two of them where the rows allow it.
 inline std::unique_ptr<Space> space_for(const Scene& scene, Stiffness stiffness = Stiffness::exact) {
-    return make_space(scene, {.stiffness = stiffness, .advection = Advection::eno2});
+    int degree = scene.grid.cells_y / 2;
+    while (degree > 1 && (scene.grid.cells_y % degree != 0 || degree > 16))
+        --degree;
+    return make_space(scene, {.kind = space_kind,
+                              .stiffness = stiffness,
+                              .advection = Advection::eno2,
+                              .elements = {.degree = degree > 1 ? degree : scene.grid.cells_y}});
 }
+
+/// Of a test case that says the same of all spaces: it runs on one after the other.
+struct EachSpace : OneThread {
+    EachSpace() {
+        SUBCASE("staggered") { space_kind = SpaceKind::staggered; }
+        SUBCASE("elements") { space_kind = SpaceKind::elements; }
+    }
+    ~EachSpace() { space_kind = SpaceKind::staggered; }
+    EachSpace(const EachSpace&) = delete;
+    EachSpace& operator=(const EachSpace&) = delete;
+};
 
 // the verbs of a space of its own each
 

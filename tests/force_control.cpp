@@ -89,7 +89,7 @@ constexpr Tried schemes_of_all_kinds[] = {
 } // namespace
 
 TEST_SUITE("force_control") {
-    TEST_CASE_FIXTURE(fields::OneThread, "creep of an even glass is that of a point, with every scheme") {
+    TEST_CASE_FIXTURE(fields::EachSpace, "creep of an even glass is that of a point, with every scheme") {
         const double end = 4e6; // beyond yield from the start on: a corner costs steps of fixed length their order
         const History<double> traction(Knots{{0.0, 1.02}, {0.25 * end, 1.08}, {0.5 * end, 1.08}, {0.75 * end, 1.12}});
         const Scene scene = scene_under({By::traction, traction}, {By::velocity, {}}, Model::reduced, {5, 4});
@@ -107,7 +107,7 @@ TEST_SUITE("force_control") {
         }
     }
 
-    TEST_CASE_FIXTURE(fields::OneThread, "the traction is kept in a rough glass that spins and flows, with every scheme") {
+    TEST_CASE_FIXTURE(fields::EachSpace, "the traction is kept in a rough glass that spins and flows, with every scheme") {
         const double end = 4e5;
         const Scene scene = scene_under({By::traction, History<double>(Knots{{0.0, 0.0}, {0.3 * end, 1.05}, {end, 1.1}})},
                                         {By::traction, History<double>(Knots{{0.0, 0.0}, {0.5 * end, -0.2}})});
@@ -144,7 +144,7 @@ TEST_SUITE("force_control") {
         }
     }
 
-    TEST_CASE_FIXTURE(fields::OneThread, "under force control, too, all that a step leaves behind is in the state") {
+    TEST_CASE_FIXTURE(fields::EachSpace, "under force control, too, all that a step leaves behind is in the state") {
         const double end = 4e5;
         const Scene scene = scene_under({By::traction, History<double>(Knots{{0.0, 0.0}, {0.3 * end, 1.05}, {end, 1.1}})},
                                         {By::traction, History<double>(Knots{{0.0, 0.0}, {0.5 * end, -0.2}})});
@@ -172,7 +172,7 @@ TEST_SUITE("force_control") {
         }
     }
 
-    TEST_CASE_FIXTURE(fields::OneThread, "walls that move as force control made them give the traction back") {
+    TEST_CASE_FIXTURE(fields::EachSpace, "walls that move as force control made them give the traction back") {
         // many short steps: the velocity of the middle of each, as a history with jumps
         const double end = 1e5;
         const int steps = 800;

@@ -97,7 +97,7 @@ TEST_SUITE("index_reduced") {
         }
     }
 
-    TEST_CASE_FIXTURE(fields::OneThread, "the velocity passes contract, and stop when the contraction says so") {
+    TEST_CASE_FIXTURE(fields::EachSpace, "the velocity passes contract, and stop when the contraction says so") {
         const Scene scene = fields::scene_on({16, 12, 2.0, 2.0}, Model::full, {U, 0.0});
         const State start = fields::run(scene, Predictor::incremental, flowing(scene), 5000.0, 20);
         const auto velocity_after = [&](const PassOptions& passes, RateReport& report) {
@@ -126,7 +126,7 @@ TEST_SUITE("index_reduced") {
         }
     }
 
-    TEST_CASE_FIXTURE(fields::OneThread, "the schemes have their design order in stress and internal variable") {
+    TEST_CASE_FIXTURE(fields::EachSpace, "the schemes have their design order in stress and internal variable") {
         const Scene scene = fields::scene_on({8, 6, 2.0, 2.0}, Model::reduced, {U, 0.0});
         const State start = flowing(scene);
         const double duration = 8000.0;
@@ -144,7 +144,7 @@ TEST_SUITE("index_reduced") {
         }
     }
 
-    TEST_CASE_FIXTURE(fields::OneThread, "in the full model the schemes converge to one answer, with all terms at their order") {
+    TEST_CASE_FIXTURE(fields::EachSpace, "in the full model the schemes converge to one answer, with all terms at their order") {
         const Scene scene = fields::scene_on({12, 10, 2.0, 2.0}, Model::full, {U, 0.0});
         const State start = flowing(scene);
         const PassOptions tight{.largest = 10, .tolerance = 1e-12};
@@ -158,7 +158,7 @@ TEST_SUITE("index_reduced") {
         }
     }
 
-    TEST_CASE_FIXTURE(fields::OneThread, "stress stays in equilibrium to round-off through yield and localisation") {
+    TEST_CASE_FIXTURE(fields::EachSpace, "stress stays in equilibrium to round-off through yield and localisation") {
         const Scene scene = fields::scene_on({24, 18, 2.0, 2.0}, Model::full, {U, 0.0});
         for (const char* scheme : fused_schemes) {
             auto stepper = stepper_for(scheme, scene, at_rest(scene));
@@ -191,7 +191,7 @@ TEST_SUITE("index_reduced") {
         }
     }
 
-    TEST_CASE_FIXTURE(fields::OneThread, "a refused attempt leaves no trace in the state, nor in the stepper for other states") {
+    TEST_CASE_FIXTURE(fields::EachSpace, "a refused attempt leaves no trace in the state, nor in the stepper for other states") {
         const Scene scene = fields::scene_on({12, 9, 2.0, 2.0}, Model::full, {U, 0.0});
         for (const char* scheme : {"ralston", "bogacki-shampine", "dormand-prince", "chebyshev", "auto", "arkode-3", "euler",
                                    "substepped", "incremental", "extrapolated"}) {
@@ -318,7 +318,7 @@ TEST_SUITE("index_reduced") {
         CHECK(with.memory.numbers == bare.memory.numbers);
     }
 
-    TEST_CASE_FIXTURE(fields::OneThread, "a step ends where the first cell yields") {
+    TEST_CASE_FIXTURE(fields::EachSpace, "a step ends where the first cell yields") {
         const Scene scene = fields::scene_on({9, 8, 2.0, 2.0}, Model::reduced, {U, 0.0});
         auto stepper = stepper_for("bogacki-shampine", scene, at_rest(scene));
         const double yield_time = 1.0 / (mu * U); // sbar = mu U t
@@ -331,7 +331,7 @@ TEST_SUITE("index_reduced") {
         CHECK(stepper.limit_step(1000.0) == 1000.0); // beyond yield nothing limits it
     }
 
-    TEST_CASE_FIXTURE(fields::OneThread, "a closed elastic cycle with jumps of the wall velocity returns to zero stress") {
+    TEST_CASE_FIXTURE(fields::EachSpace, "a closed elastic cycle with jumps of the wall velocity returns to zero stress") {
         Scene scene = fields::scene_on({8, 7, 2.0, 2.0}, Model::reduced, {});
         const double T = 3e4;
         const WallHistory history(
@@ -364,7 +364,7 @@ TEST_SUITE("index_reduced") {
         set_thread_count(before);
     }
 
-    TEST_CASE_FIXTURE(fields::OneThread, "ARKODE takes the steps of the fused integrators, to round-off") {
+    TEST_CASE_FIXTURE(fields::EachSpace, "ARKODE takes the steps of the fused integrators, to round-off") {
         for (const Model model : {Model::reduced, Model::full}) {
             const Scene scene = fields::scene_on({14, 10, 2.0, 2.2}, model, {U, 0.2 * U});
             const State start = flowing(scene);
@@ -385,7 +385,7 @@ TEST_SUITE("index_reduced") {
         }
     }
 
-    TEST_CASE_FIXTURE(fields::OneThread, "SUNDIALS with its own error control finds the solution of the fused integrators") {
+    TEST_CASE_FIXTURE(fields::EachSpace, "SUNDIALS with its own error control finds the solution of the fused integrators") {
         const Scene scene = fields::scene_on({12, 10, 2.0, 2.0}, Model::reduced, {U, 0.0});
         const State start = flowing(scene);
         const State exact = run("dormand-prince", scene, start, 8000.0, 400);
@@ -411,7 +411,7 @@ TEST_SUITE("index_reduced") {
         }
     }
 
-    TEST_CASE_FIXTURE(fields::OneThread, "multirate steps keep the stress in equilibrium and converge at third order") {
+    TEST_CASE_FIXTURE(fields::EachSpace, "multirate steps keep the stress in equilibrium and converge at third order") {
         const Scene scene = fields::scene_on({8, 6, 2.0, 2.0}, Model::reduced, {U, 0.0});
         const State start = flowing(scene);
         const State exact = run("dormand-prince", scene, start, 4000.0, 400);

@@ -84,7 +84,7 @@ double order(double coarse, double fine) { return std::log2(coarse / fine); }
 } // namespace
 
 TEST_SUITE("quasistatic") {
-    TEST_CASE_FIXTURE(fields::OneThread, "elastic shear: tau = mu gamma without spin") {
+    TEST_CASE_FIXTURE(fields::EachSpace, "elastic shear: tau = mu gamma without spin") {
         const Grid grid{9, 6, 1.0, 3.0};
         const Scene scene = fields::scene_on(grid, Model::reduced, {U, 0.0}, elastic());
         for (const Predictor predictor : predictors) {
@@ -100,7 +100,7 @@ TEST_SUITE("quasistatic") {
         }
     }
 
-    TEST_CASE_FIXTURE(fields::OneThread, "elastic shear with the Jaumann rate: tau = mu sin gamma, s = mu (1 - cos gamma)") {
+    TEST_CASE_FIXTURE(fields::EachSpace, "elastic shear with the Jaumann rate: tau = mu sin gamma, s = mu (1 - cos gamma)") {
         const Grid grid{5, 4, 2.0, 2.0};
         const double gamma = 1.2, T = 100.0;
         const Scene scene = fields::scene_on(grid, Model::full, {gamma / T, 0.0}, elastic());
@@ -121,7 +121,7 @@ TEST_SUITE("quasistatic") {
         }
     }
 
-    TEST_CASE_FIXTURE(fields::OneThread, "opening walls: the stress of uniaxial strain") {
+    TEST_CASE_FIXTURE(fields::EachSpace, "opening walls: the stress of uniaxial strain") {
         const Grid grid{6, 8, 2.0, 0.5};
         const double V = -3e-8, T = 2e4;
         for (const Model model : models)
@@ -139,7 +139,7 @@ TEST_SUITE("quasistatic") {
             }
     }
 
-    TEST_CASE_FIXTURE(fields::OneThread, "a homogeneous body stays homogeneous and follows the equations of one point") {
+    TEST_CASE_FIXTURE(fields::EachSpace, "a homogeneous body stays homogeneous and follows the equations of one point") {
         const Grid grid{11, 6, 2.0, 2.0};
         const double chi = 700.0 / 21000.0, T = 8e4;
         for (const Model model : models) {
@@ -196,7 +196,7 @@ TEST_SUITE("quasistatic") {
         }
     }
 
-    TEST_CASE_FIXTURE(fields::OneThread, "reflected and rotated problems give the reflected and rotated answers") {
+    TEST_CASE_FIXTURE(fields::EachSpace, "reflected and rotated problems give the reflected and rotated answers") {
         for (const Model model : models)
             for (const Predictor predictor : predictors)
                 for (const Grid& grid : {Grid{14, 12, 2.0, 2.0}, Grid{19, 9, 3.0, 2.0}}) {
@@ -220,7 +220,7 @@ TEST_SUITE("quasistatic") {
                 }
     }
 
-    TEST_CASE_FIXTURE(fields::OneThread, "a closed elastic cycle returns to zero stress without spin") {
+    TEST_CASE_FIXTURE(fields::EachSpace, "a closed elastic cycle returns to zero stress without spin") {
         const Grid grid{8, 7, 2.0, 2.0};
         const double T = 3e4;
         Scene scene = fields::scene_on(grid, Model::reduced, {});
@@ -317,7 +317,7 @@ TEST_SUITE("quasistatic") {
         }
     }
 
-    TEST_CASE_FIXTURE(fields::OneThread, "jumps of the wall velocity: displacement and stress follow the mean of each step") {
+    TEST_CASE_FIXTURE(fields::EachSpace, "jumps of the wall velocity: displacement and stress follow the mean of each step") {
         const Grid grid{6, 5, 2.0, 2.0};
         Scene scene = fields::scene_on(grid, Model::reduced, {}, elastic());
         const WallHistory history({{0.0, {0.0, 0.0}}, {10.0, {1e-3, 0.0}}, {10.0, {-2e-3, 5e-4}}, {25.0, {3e-3, 0.0}}});
@@ -438,7 +438,7 @@ TEST_SUITE("quasistatic") {
         }
     }
 
-    TEST_CASE_FIXTURE(fields::OneThread, "stress is in equilibrium after every step, and Q* is what the stepper reports") {
+    TEST_CASE_FIXTURE(fields::EachSpace, "stress is in equilibrium after every step, and Q* is what the stepper reports") {
         const Grid grid{17, 12, 2.0, 2.0};
         for (const Model model : models)
             for (const Predictor predictor : predictors) {
@@ -513,7 +513,7 @@ TEST_SUITE("quasistatic") {
         }
     }
 
-    TEST_CASE_FIXTURE(fields::OneThread, "going on from a copy of the state is going on, to the last bit") {
+    TEST_CASE_FIXTURE(fields::EachSpace, "going on from a copy of the state is going on, to the last bit") {
         const Grid grid{19, 14, 2.0, 2.0};
         for (const Model model : models)
             for (const Predictor predictor : predictors) {
@@ -711,6 +711,22 @@ TEST_SUITE("quasistatic") {
         rejects(GaussianInclusion{600.0, -700.0, 0.0, 0.0, 0.2}, "initial effective temperature");
         for (const double radius : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN()})
             rejects(GaussianInclusion{600.0, 1.0, 0.0, 0.0, radius}, "radius");
+        const Field disc = initial_internal(grid, SoftDisc{600.0, 300.0, 0.9, 0.1, 0.4, 0.05}, kelvin);
+        for (const auto& [i, j] : {std::pair{38, 16}, {1, 12}, {30, 16}, {20, 3}}) {
+            double r = 1e9;
+            for (int image = -1; image <= 1; ++image)
+                r = std::min(r, std::hypot(grid.x(i + 0.5) - 0.9 + 2.0 * image, grid.y(j + 0.5) - 0.1));
+            CHECK(disc(i, j) == doctest::Approx(600.0 + 150.0 * (1.0 - std::tanh((r - 0.4) / 0.05))).epsilon(1e-12));
+        }
+        const Field blocks = initial_internal(grid, RandomBlocks{640.0, 20.0, 0.5, 3}, kelvin);
+        CHECK(blocks(3, 3) == blocks(9, 6)); // 4 x 4 of them, of 10 x 7 or 8 cells
+        CHECK(blocks(9, 6) != blocks(10, 6));
+        CHECK(blocks(9, 6) != blocks(9, 8));
+        CHECK(initial_internal(grid, RandomBlocks{640.0, 20.0, 0.5, 4}, kelvin)(3, 3) != blocks(3, 3));
+        for (const double length : {0.0, -1.0, 5.0, 1e-9, std::numeric_limits<double>::quiet_NaN()})
+            rejects(RandomBlocks{640.0, 20.0, length, 1}, "blocks");
+        rejects(SoftDisc{600.0, 300.0, 0.0, 0.0, 0.0, 0.1}, "radius");
+        rejects(SoftDisc{600.0, 300.0, 0.0, 0.0, 0.3, 0.0}, "transition");
         rejects(RandomField{640.0, -1.0, 0.1, 1}, "deviation");
         for (const double length : {0.0, -1.0, 0.001, std::numeric_limits<double>::quiet_NaN()})
             rejects(RandomField{640.0, 20.0, length, 1}, "correlation length");

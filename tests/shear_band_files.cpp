@@ -131,13 +131,17 @@ void check_files(const fs::path& folder, const Loading& load, const std::string&
                  double hardening = 0.0) {
     const auto history = history_in(folder);
     const auto snapshots = snapshots_in(folder);
-    REQUIRE(history.size() == 20);
+    REQUIRE(history.size() == 22);
     REQUIRE(snapshots.size() == 3);
     const std::vector<double>& time = history.at("time_s");
     for (std::size_t k = 0; k < time.size(); ++k) {
         CHECK(history.at("wall_strain")[k] == doctest::Approx(load.strain(time[k])).epsilon(1e-12));
         CHECK(history.at("wall_opening_strain")[k] == doctest::Approx(load.opening(time[k])).epsilon(1e-12));
         CHECK(history.at("step")[k] == static_cast<double>(k));
+        for (const char* column : {"unresolved_x", "unresolved_y"}) {
+            CHECK(history.at(column)[k] >= 0.0);
+            CHECK(history.at(column)[k] < 0.2);
+        }
         CHECK(history.at("dt_s")[k] == doctest::Approx(k == 0 ? 0.0 : time[k] - time[k - 1]).epsilon(1e-9));
         CHECK(history.at("energy_error_J")[k] ==
               doctest::Approx(history.at("elastic_energy_J")[k] - history.at("wall_work_J")[k] +
@@ -357,12 +361,17 @@ TEST_CASE("snapshots change no step, and show what a run that ends there would")
 TEST_CASE("numbers that no solid has, and loads that inertia would bear, are warnings; what has no meaning is refused") {
     const scratch::Folder folder;
     int number = 0;
+    const auto warnings_in = [](const fs::path& output) {
+        auto warnings = summary_in(output)["warnings"].get<std::vector<std::string>>();
+        // so few cells do not show the pattern of the start
+        std::erase_if(warnings, [](const std::string& warning) { return contains(warning, "the finest scales of the space"); });
+        return warnings;
+    };
     const auto said = [&](const Arguments& arguments, const std::string& part) {
         const fs::path output = folder / std::to_string(number++);
         run_well(output, arguments + Arguments{"--duration", "1e-7", "--snapshots", "0"});
-        const auto summary = summary_in(output);
-        const auto warnings = summary["warnings"].get<std::vector<std::string>>();
-        CAPTURE(summary["warnings"].dump());
+        const std::vector<std::string> warnings = warnings_in(output);
+        CAPTURE(warnings.size());
         CHECK(std::ranges::any_of(warnings, [&](const std::string& warning) { return contains(warning, part); }));
         return warnings.size();
     };
@@ -374,11 +383,11 @@ TEST_CASE("numbers that no solid has, and loads that inertia would bear, are war
     CHECK(said({"--stz-bath-temperature", "950", "--initial-base", "960"}, "this is a melt") == 1);
     const fs::path late = folder / "late";
     run_well(late, {"--duration", "1e-7", "--snapshots", "0,1.0000000000001e-7,2e-7"});
-    CHECK(summary_in(late)["warnings"][0] ==
+    CHECK(warnings_in(late).at(0) ==
           "the snapshot at 2e-07 s lies beyond the end at 1e-07 s and will be missing: lengthen --duration");
     CHECK(io::Hdf5File::open(late / "fields.h5").members("snapshots").size() == 2);
     run_well(folder / "plain", {"--duration", "1e-7"});
-    CHECK_FALSE(summary_in(folder / "plain").value("warnings", nlohmann::json::array()).size() > 0);
+    CHECK(warnings_in(folder / "plain").empty());
 
     const auto refused = [&](const Arguments& arguments, int status, const std::string& message) {
         const scratch::Outcome outcome = scratch::run(

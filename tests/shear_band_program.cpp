@@ -132,6 +132,15 @@ TEST_CASE("wrong options end with status 2 and a message, and leave nothing behi
     refused({"--operator", "full", "--scheme", "extrapolated"}, "is unstable at every step length: use --operator exact");
     refused({"--scheme", "leapfrog"}, "--scheme leapfrog: it must be one of auto, euler, substepped, incremental");
     refused({"--snapshots", "0,-1"}, "element '-1' is wrong");
+    const Arguments elements = {"--space", "elements", "--cells", "16x24"};
+    refused(elements + Arguments{"--degree", "7"}, "take 21 or 28 rows (--space, --cells, --degree, --element-edges)");
+    refused(elements + Arguments{"--degree", "1"}, "take the staggered space");
+    refused(elements + Arguments{"--degree", "8", "--element-edges", "0.001"}, "1 edges make 2 elements");
+    for (const auto& [option, value] : {std::array{"--equilibrium", "cholesky"}, {"--operator", "full"}, {"--advection", "eno2"}})
+        refused(elements + Arguments{"--degree", "8", option, value}, "are of the staggered grid");
+    refused({"--element-edges", "0.001"}, "add --space elements");
+    refused({"--snapshot-cells", "8x"}, "--snapshot-cells 8x");
+    refused({"--initial", "blocks", "--initial-length", "1e-9"}, "blocks");
     refused({"--threads", "0"}, "--threads 0");
     refused({"--colour"}, "--colour");
 
@@ -406,11 +415,45 @@ TEST_CASE("a restart of a restart gives the bits of the uninterrupted run") {
         compare(stops + Arguments{"--scheme", scheme, "--model", model} +
                 (step == std::string("fixed") ? Arguments{"--step", "fixed", "--dt", "0.01"} : Arguments{"--step", step}));
     compare(stops + fixed_steps + Arguments{"--equilibrium", "cholesky"});
+    const Arguments elements = {"--space", "elements", "--degree", "6", "--element-edges", "0.004"};
+    for (const char* scheme : {"auto", "incremental", "extrapolated", "chebyshev", "arkode-3", "cvode-bdf"})
+        compare(stops + elements + Arguments{"--scheme", scheme});
+    compare(stops + elements + Arguments{"--shear-traction", "8e8"});
+    compare(stops + Arguments{"--initial-stress", "1e8", "--snapshot-cells", "7x5"});
     compare(stops + fixed_steps + Arguments{"--threads", "2"});
     compare(stops + Arguments{"--threads", "2", "--equilibrium", "cholesky"});
     compare(stops + Arguments{"--wall-history", "0:5e-4,0.6:5e-4,0.6:-5e-4"});
     compare(stops + fixed_steps + Arguments{"--wall-history", "0:5e-4,0.6:5e-4,0.6:-5e-4"});
     compare(stops + Arguments{"--plasticity", "perzyna", "--initial", "uniform", "--initial-base", "0", "--history-every", "3"});
+}
+
+TEST_CASE("a run says whether its space shows all there is, and draws fields on the cells that are asked for") {
+    const scratch::Folder folder;
+    const auto warned = [&](const Arguments& how) {
+        run_well(how + Arguments{"--duration", "1.4175", "--output", folder / "out"});
+        return contains(scratch::read(folder / "out/summary.json"), "the finest scales of the space in y hold");
+    };
+    CHECK(warned({"--cells", "12"}));
+    CHECK_FALSE(warned({"--cells", "48"}));
+    CHECK(warned({"--space", "elements", "--cells", "16x12", "--degree", "6"}));
+    CHECK_FALSE(warned({"--space", "elements", "--cells", "32x48", "--snapshot-cells", "5x4"}));
+    const io::Hdf5File file = io::Hdf5File::open(folder / "out/fields.h5");
+    CHECK(file.shape("snapshots/000000/tau") == std::vector<std::size_t>{4, 5});
+    CHECK(file.shape("snapshots/000000/velocity_x") == std::vector<std::size_t>{5, 6});
+    CHECK(file.read_doubles("grid/y_centre").size() == 4);
+}
+
+TEST_CASE("an eigenstress is of the size that is asked for and in equilibrium, on either space") {
+    const scratch::Folder folder;
+    for (const Arguments& space :
+         {Arguments{"--cells", "24x30"}, Arguments{"--cells", "24x30", "--space", "elements", "--degree", "6"}}) {
+        run_well(space +
+                 Arguments{"--initial", "uniform", "--initial-stress", "2e8", "--duration", "0.001", "--output", folder / "out"});
+        const HistoryTable history = read_table(folder / "out/history.csv");
+        CHECK(history.column("equilibrium_residual").front() < 1e-12);
+        CHECK(history.column("mean_deviatoric_magnitude_Pa").front() > 0.5e8);
+        CHECK(history.column("mean_deviatoric_magnitude_Pa").front() < 4e8);
+    }
 }
 
 TEST_CASE("snapshots that begin after a restart say that they lack what has accumulated") {

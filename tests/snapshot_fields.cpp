@@ -44,7 +44,7 @@ struct GridFile {
     GridFile(const quasistatic::Scene& scene, const quasistatic::State& state) {
         const Grid& g = scene.grid;
         io::SnapshotWriter writer(folder / "fields.h5", "test", {g.cells_x, g.cells_y, g.width, g.height, 0.0, 0.0});
-        quasistatic::write_snapshot(scene, *fields::space_for(scene), state, {}, 0.5, 3, writer);
+        quasistatic::write_snapshot(scene, *fields::space_for(scene), state, {}, {}, 0.5, 3, writer);
     }
     [[nodiscard]] scratch::Values read(const std::string& name) const { return scratch::values_of(folder / "fields.h5", name); }
     [[nodiscard]] std::vector<double> operator()(const std::string& field) const {

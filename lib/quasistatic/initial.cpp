@@ -67,6 +67,37 @@ private:
     std::mt19937_64 engine_;
 };
 
+void fill(const Grid& grid, const RowSpacing& rows, Field& field, const SoftDisc& disc) {
+    if (!(disc.radius > 0.0) || !(disc.transition > 0.0))
+        throw InputError(
+            fmt::format("initial field 'disc': radius {}, transition {}: they must be positive", disc.radius, disc.transition));
+    fill(grid, rows, field, [&](double x, double y) {
+        const double r = std::hypot(nearest_image(x - disc.x, grid.width), y - disc.y);
+        return disc.background + 0.5 * disc.amplitude * (1.0 - std::tanh((r - disc.radius) / disc.transition));
+    });
+}
+
+void fill(const Grid& grid, const RowSpacing& rows, Field& field, const RandomBlocks& blocks) {
+    const auto count = [&](double extent) { return static_cast<int>(std::lround(extent / blocks.length)); };
+    if (!(blocks.length > 0.0) || !(grid.area() / (blocks.length * blocks.length) < 1e6) || count(grid.width) < 1 ||
+        count(grid.height) < 1)
+        throw InputError(
+            fmt::format("initial field 'blocks': a length of {:.3g} of the length unit: from one to a million blocks must "
+                        "fit into the domain",
+                        blocks.length));
+    const int across = count(grid.width), up = count(grid.height);
+    NormalNumbers normal(blocks.seed);
+    std::vector<double> values;
+    for (int k = 0; k < across * up; ++k)
+        values.push_back(blocks.mean + blocks.deviation * normal());
+    fill(grid, rows, field, [&](double x, double y) {
+        const auto number = [](double position, double extent, int blocks_along) {
+            return std::clamp(static_cast<int>((position / extent + 0.5) * blocks_along), 0, blocks_along - 1);
+        };
+        return values[static_cast<std::size_t>(number(y, grid.height, up) * across + number(x, grid.width, across))];
+    });
+}
+
 /// f = mean + deviation sum_{k,l} a_k b_l (A_kl cos(K_k x) + B_kl sin(K_k x)) cos(L_l (y - y_wall)), with
 /// a_k^2 ~ exp(-K_k^2 length^2/2): the spectrum of the Gaussian correlation; a and b normalised to unit variance (away from
 /// walls).
@@ -145,6 +176,12 @@ Field initial_internal(const Grid& grid, const RowSpacing& rows, const InitialIn
 
 Field initial_internal(const Grid& grid, const InitialInternal& initial, const InternalVariable& variable) {
     return initial_internal(grid, uniform_rows(grid), initial, variable);
+}
+
+Field random_field(const Grid& grid, const RowSpacing& rows, const RandomField& random) {
+    Field field(grid.cells_y, grid.cells_x);
+    fill(grid, rows, field, random);
+    return field;
 }
 
 } // namespace ductile::quasistatic

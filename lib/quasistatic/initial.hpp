@@ -31,6 +31,24 @@ struct GaussianInclusion {
     double radius = 0.2;
 };
 
+/// background + amplitude (1 - tanh((r - radius)/transition))/2, r the distance (periodic in x) to the centre.
+struct SoftDisc {
+    double background = 600.0;
+    double amplitude = 300.0;
+    double x = 0.0, y = 0.0; ///< centre; the origin is the middle of the domain
+    double radius = 0.3;
+    double transition = 0.1;
+};
+
+/// Blocks of about the side `length`, in whole numbers across the domain: mean + deviation times a normal number in each. It
+/// jumps from block to block, so that no grid shows what happens there any better than a coarser one.
+struct RandomBlocks {
+    double mean = 640.0;
+    double deviation = 20.0;
+    double length = 0.1;
+    std::uint64_t seed = 1;
+};
+
 /// A smooth Gaussian random field: mean, standard deviation, correlation <f(0) f(r)> ~ exp(-r^2/(2 length^2)).
 /// A sum of Fourier modes in x and cosines in y with amplitudes drawn from `seed`: the same field on every grid, whatever its
 /// resolution. The sample's mean and deviation differ from the nominal ones as those of any finite sample do.
@@ -41,7 +59,7 @@ struct RandomField {
     std::uint64_t seed = 1;
 };
 
-using InitialInternal = std::variant<PaperPattern, Uniform, GaussianInclusion, RandomField>;
+using InitialInternal = std::variant<PaperPattern, Uniform, GaussianInclusion, SoftDisc, RandomBlocks, RandomField>;
 
 /// Values at cells, shape [N][M], whose rows lie as `rows` says, or are of equal height. Throws InputError for lengths that are
 /// not positive, a negative deviation, a random field too fine to sum (correlation length below 1/500 of the domain), and a value
@@ -49,5 +67,8 @@ using InitialInternal = std::variant<PaperPattern, Uniform, GaussianInclusion, R
 [[nodiscard]] Field initial_internal(const Grid& grid, const RowSpacing& rows, const InitialInternal& initial,
                                      const InternalVariable& variable);
 [[nodiscard]] Field initial_internal(const Grid& grid, const InitialInternal& initial, const InternalVariable& variable);
+
+/// The same fields without a variable that limits them.
+[[nodiscard]] Field random_field(const Grid& grid, const RowSpacing& rows, const RandomField& random);
 
 } // namespace ductile::quasistatic

@@ -152,6 +152,17 @@ double square_of(const StressField& a, const StressField* b) {
 
 } // namespace
 
+double put_into_equilibrium(const Scene& scene, Space& space, CellState& start) {
+    const StressField given = start.stress;
+    VectorField force = space.make_velocity();
+    space.divergence(given, -1.0, force);
+    (void)Projection(scene, space).apply(force, {}, 1.0, start);
+    bring_to_load(scene, space, 0.0, start);
+    start.energy = {}; // it starts from there
+    const double square = square_of(given, nullptr);
+    return square > 0.0 ? std::sqrt(square_of(start.stress, &given) / square) : 0.0;
+}
+
 FileStart start_from_file(const Scene& scene, Space& space, const std::filesystem::path& path) {
     const InternalVariable variable = scene.law->variables().front();
     const std::string internal(variable.name);
@@ -183,14 +194,7 @@ FileStart start_from_file(const Scene& scene, Space& space, const std::filesyste
     for (const auto& [name, field] : {std::pair{"pressure", &cells.stress.p}, std::pair{"s", &cells.stress.s},
                                       std::pair{"tau", &cells.stress.tau}, std::pair{"q", &cells.stress.q}})
         interpolate(fields, fields.values.at(name), inverse, space.rows(), *field);
-    const StressField given = cells.stress;
-    VectorField force = space.make_velocity();
-    space.divergence(given, -1.0, force);
-    (void)Projection(scene, space).apply(force, {}, 1.0, cells);
-    bring_to_load(scene, space, 0.0, cells);
-    cells.energy = {}; // it starts from there
-    const double square = square_of(given, nullptr);
-    result.correction = square > 0.0 ? std::sqrt(square_of(cells.stress, &given) / square) : 0.0;
+    result.correction = put_into_equilibrium(scene, space, cells);
     return result;
 }
 

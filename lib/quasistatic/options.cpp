@@ -63,24 +63,32 @@ void declare_initial(io::Program& program, Options& o) {
                    {{"paper", InitialChoice::paper, "Lu & Rycroft's App. C"},
                     {"uniform", InitialChoice::uniform, "a constant"},
                     {"gaussian", InitialChoice::gaussian, "a Gaussian inclusion"},
+                    {"disc", InitialChoice::disc, "a disc with a soft edge"},
                     {"random", InitialChoice::random, "a smooth random field"},
+                    {"blocks", InitialChoice::blocks, "random blocks, which jump: for no grid fine enough"},
                     {"file", InitialChoice::file, "--initial-file"}},
                    help("the field at the start"));
     program.number_or_auto("--initial-base", o.initial_base,
                            help("T_base, constant, background or mean; auto: 640 K for STZ, 0 for Perzyna", "K, or 1"));
     program.number_or_auto(
         "--initial-amplitude", o.initial_amplitude,
-        help("Delta T, height of the inclusion or standard deviation; auto: 180 K for STZ, 0 for Perzyna", "K, or 1"));
-    program.option("--initial-x", o.initial_x, help("centre of the inclusion; the origin is the middle of the domain", "m"));
-    program.option("--initial-y", o.initial_y, help("centre of the inclusion", "m"));
+        help("Delta T, height of the inclusion or disc, or standard deviation; auto: 180 K for STZ, 0 for Perzyna", "K, or 1"));
+    program.option("--initial-x", o.initial_x,
+                   help("centre of the inclusion or disc; the origin is the middle of the domain", "m"));
+    program.option("--initial-y", o.initial_y, help("centre of the inclusion or disc", "m"));
     program.option("--initial-length", o.initial_length,
-                   help("radius of the inclusion or correlation length", "m", io::positive));
+                   help("radius of the inclusion or disc, correlation length, or side of the blocks", "m", io::positive));
+    program.option("--initial-transition", o.initial_transition, help("half the width of the disc's edge", "m", io::positive));
+    program.option("--initial-stress", o.initial_stress,
+                   help("standard deviation of a smooth random eigenstress of correlation length --initial-length, brought into "
+                        "equilibrium; not with a file",
+                        "Pa", io::not_negative));
     program.input_file(
         "--initial-file", o.initial_file,
         help("fields on the cells of any grid of this domain, HDF5 (a fields.h5, too) or CSV: effective_temperature or "
              "plastic_strain, and, if you like, pressure, s, tau, q, which are then brought into equilibrium",
              "K, 1, Pa"));
-    program.option("--initial-seed", o.initial_seed, help("seed of the random field", "", io::not_negative));
+    program.option("--initial-seed", o.initial_seed, help("seed of random fields", "", io::not_negative));
 }
 
 void declare_time(io::Program& program, Options& o) {
@@ -160,6 +168,8 @@ void declare_output(io::Program& program, Options& o) {
     program.option("--snapshots", o.snapshots, help("times of the snapshots in fields.h5: t1,t2,...", "s", io::not_negative));
     program.option("--snapshots-every", o.snapshots_every,
                    help("snapshots at the times 0, T, 2 T, ... besides; 0: none", "s", io::not_negative));
+    program.option("--snapshot-cells", o.snapshot_cells,
+                   help("equal cells that snapshots are interpolated to, N or MxN; auto: the space's own cells or points"));
     program.option("--history-every", o.history_every, help("rows of history.csv: every n-th step", "", io::at_least(1)));
     program.option(
         "--rows-every", o.rows_every,
@@ -257,6 +267,15 @@ Field make_initial_internal(const Options& o, const Scene& scene, const RowSpaci
             return Uniform{base};
         case InitialChoice::gaussian:
             return GaussianInclusion{base, amplitude, o.initial_x / length, o.initial_y / length, o.initial_length / length};
+        case InitialChoice::disc:
+            return SoftDisc{base,
+                            amplitude,
+                            o.initial_x / length,
+                            o.initial_y / length,
+                            o.initial_length / length,
+                            o.initial_transition / length};
+        case InitialChoice::blocks:
+            return RandomBlocks{base, amplitude, o.initial_length / length, static_cast<std::uint64_t>(o.initial_seed)};
         case InitialChoice::file:
             throw InputError("--initial file: this start is no pattern");
         case InitialChoice::random:
@@ -268,6 +287,19 @@ Field make_initial_internal(const Options& o, const Scene& scene, const RowSpaci
         return initial_internal(scene.grid, rows, initial(), variable);
     } catch (const InputError& error) {
         throw InputError(fmt::format("{}; change --initial-base, --initial-amplitude or --initial-length", error.what()));
+    }
+}
+
+void add_eigenstress(const Options& o, const Scene& scene, const RowSpacing& rows, StressField& stress) {
+    RandomField random{0.0, o.initial_stress / scene.units.stress, o.initial_length / scene.units.length,
+                       static_cast<std::uint64_t>(o.initial_seed)};
+    for (Field* field : {&stress.s, &stress.tau}) {
+        ++random.seed; // chi has the first
+        const Field values = random_field(scene.grid, rows, random);
+        for (int j = 0; j < field->rows(); ++j)
+            for (int i = 0; i < field->columns(); ++i)
+                (*field)(i, j) += values(i, j);
+        field->wrap();
     }
 }
 
@@ -356,8 +388,17 @@ run::Outputs make_outputs(const Options& o, const Scene& scene, double start) {
         throw InputError(
             fmt::format("--duration {}: the checkpoint is at t = {:.6g} s already: a longer --duration goes on from there",
                         o.duration, start * scene.units.time));
+    io::CellCount cells;
+    if (o.snapshot_cells != "auto")
+        try {
+            cells = io::parse_cell_count(o.snapshot_cells);
+        } catch (const InputError& error) {
+            throw InputError(fmt::format("--snapshot-cells {}: {}; or auto", o.snapshot_cells, error.what()));
+        }
     return {.duration_s = o.duration,
             .snapshots_s = io::regular_times("--snapshots-every", o.snapshots, o.snapshots_every, o.duration),
+            .snapshot_cells_x = cells.x,
+            .snapshot_cells_y = cells.y,
             .rows_s = io::regular_times("--rows-every", {}, o.rows_every, o.duration),
             .history_every = o.history_every};
 }

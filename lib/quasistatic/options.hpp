@@ -14,7 +14,7 @@
 
 namespace ductile::quasistatic {
 
-enum class InitialChoice { paper, uniform, gaussian, random, file };
+enum class InitialChoice { paper, uniform, gaussian, disc, random, blocks, file };
 enum class StepChoice { fixed, adaptive };
 
 /// All options of a quasi-static program, in SI; the defaults are Lu & Rycroft's problem (Sec. 8) on 128 x 128 cells.
@@ -29,6 +29,8 @@ struct Options {
     std::string initial_base = "auto", initial_amplitude = "auto"; ///< in the unit of the internal variable
     double initial_x = 0.0, initial_y = 0.0, initial_length = 0.002;
     int initial_seed = 1;
+    double initial_transition = 0.001;
+    double initial_stress = 0.0; ///< [Pa]
     std::filesystem::path initial_file = {};
 
     double wall_velocity = 2e-7 * 0.01 / 4.05e-6; ///< 2e-7 L/t_s
@@ -49,6 +51,7 @@ struct Options {
     double duration = 1.4175;
     std::vector<double> snapshots{0.0, 0.46575, 0.9315, 1.4175}; ///< the times of Fig. 2
     double snapshots_every = 0.0;
+    std::string snapshot_cells = "auto"; ///< N, MxN, or the space's own
     int history_every = 1;
     double rows_every = 0.0;
 };
@@ -60,6 +63,8 @@ void declare_scene(io::Program& program, Options& options);
 
 /// The scene in natural units. Throws InputError for impossible values.
 [[nodiscard]] Scene make_scene(const Options& options);
+/// Random stress as if the body had been strained unevenly, not in equilibrium yet: s and tau are smooth random fields.
+void add_eigenstress(const Options& options, const Scene& scene, const RowSpacing& rows, StressField& stress);
 /// For all choices but InitialChoice::file.
 [[nodiscard]] Field make_initial_internal(const Options& options, const Scene& scene, const RowSpacing& rows);
 /// Fixed steps, or adaptive ones of the kind that the scheme has, in natural units. Throws InputError when --dt or --tolerance is

@@ -39,11 +39,40 @@ Derived derive(const Scene& scene, Space& space, const State& state) {
     return derived;
 }
 
+/// Cells and corners of the grid that snapshots are drawn on, by fields of the space.
+class Sampling {
+public:
+    Sampling(const Space& space, int cells_x, int cells_y)
+        : cells_(space.interpolation(Space::At::cells, places(space.grid().cells_x, cells_x, 0.5),
+                                     places(space.grid().cells_y, cells_y, 0.5))),
+          corners_(space.interpolation(Space::At::nodes, places(space.grid().cells_x, cells_x, 0.0),
+                                       places(space.grid().cells_y, cells_y, 0.0, 1))) {}
+
+    /// Of the same name, unit and scale.
+    [[nodiscard]] Field operator()(const io::SnapshotField& field) const {
+        const Interpolation& interpolation = field.centring == io::Centring::cell ? cells_ : corners_;
+        return interpolation(field.values.first, field.values.stride, field.values.columns);
+    }
+
+private:
+    [[nodiscard]] static std::vector<double> places(int from, int to, double shift, int more = 0) {
+        std::vector<double> all;
+        for (int k = 0; k < to + more; ++k)
+            all.push_back((k + shift) * from / to);
+        return all;
+    }
+
+    Interpolation cells_, corners_;
+};
+
 } // namespace
 
-io::SnapshotGrid snapshot_grid(const Scene& scene, const Space& space) {
+io::SnapshotGrid snapshot_grid(const Scene& scene, const Space& space, const run::Outputs& outputs) {
     const Grid& g = scene.grid;
     const double unit = scene.units.length;
+    if (outputs.snapshot_cells_x > 0)
+        return {
+            outputs.snapshot_cells_x, outputs.snapshot_cells_y, g.width * unit, g.height * unit, g.x(0) * unit, g.y(0) * unit};
     io::SnapshotGrid grid{g.cells_x, g.cells_y, g.width * unit, g.height * unit, g.x(0) * unit, g.y(0) * unit};
     if (space.rows() == uniform_rows(g))
         return grid;
@@ -55,7 +84,7 @@ io::SnapshotGrid snapshot_grid(const Scene& scene, const Space& space) {
 }
 
 void write_snapshot(const Scene& scene, Space& space, const State& state, const std::optional<Accumulated>& accumulated,
-                    double time_s, std::int64_t step, io::SnapshotWriter& snapshots) {
+                    const run::Outputs& outputs, double time_s, std::int64_t step, io::SnapshotWriter& snapshots) {
     using enum io::Centring;
     const Units& u = scene.units;
     const CellState& cells = state.cells;
@@ -84,6 +113,13 @@ void write_snapshot(const Scene& scene, Space& space, const State& state, const 
     for (std::size_t k = 0; k < variables.size(); ++k)
         fields.push_back({std::string(variables[k].name), std::string(variables[k].unit), cell, view(cells.internal[k]),
                           variables[k].natural_unit});
+    std::vector<Field> sampled;
+    if (outputs.snapshot_cells_x > 0) {
+        const Sampling sampling(space, outputs.snapshot_cells_x, outputs.snapshot_cells_y);
+        sampled.reserve(fields.size());
+        for (io::SnapshotField& field : fields)
+            field.values = view(sampled.emplace_back(sampling(field)));
+    }
     snapshots.write(time_s, step, fields);
 }
 

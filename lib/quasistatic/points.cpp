@@ -79,6 +79,8 @@ mpm::Problem make_problem(const PointsOptions& options) {
     if (o.initial == InitialChoice::file || !o.initial_file.empty())
         throw InputError("--initial file: on material points the start is a pattern: use paper, uniform, gaussian or random, or "
                          "carrier = \"grid\"");
+    if (o.initial_stress > 0.0)
+        throw InputError("--initial-stress: material points start without stress: leave it out, or use carrier = \"grid\"");
     const WallHistory walls = walls_of(o);
     mpm::Problem problem;
     problem.scene = {.grid = {.cells_x = o.cells.x,

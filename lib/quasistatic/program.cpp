@@ -22,8 +22,16 @@ State start(const io::Program& program, const Options& options, const Scene& sce
     if (options.initial_file.empty() != (options.initial != InitialChoice::file))
         throw InputError(options.initial_file.empty() ? "--initial file: which? add --initial-file FILE"
                                                       : "--initial-file: it is read with --initial file only");
-    if (options.initial != InitialChoice::file)
-        return initial_state(scene, space, make_initial_internal(options, scene, space.rows()));
+    if (options.initial != InitialChoice::file) {
+        State state = initial_state(scene, space, make_initial_internal(options, scene, space.rows()));
+        if (options.initial_stress > 0.0) {
+            add_eigenstress(options, scene, space.rows(), state.cells.stress);
+            (void)put_into_equilibrium(scene, space, state.cells);
+        }
+        return state;
+    }
+    if (options.initial_stress > 0.0)
+        throw InputError("--initial-stress: with --initial file the stress comes from the file: leave one of them out");
     FileStart made = start_from_file(scene, space, options.initial_file);
     const std::string file = options.initial_file.string();
     if (made.correction > 0.01)

@@ -25,11 +25,11 @@ constexpr int pieces_of_own_step = 16;
 
 class GridRun final : public run::Simulation {
 public:
-    GridRun(const Scene& scene, State& state, TimeStepper& stepper, StepControl& control, bool takes_snapshots,
+    GridRun(const Scene& scene, State& state, TimeStepper& stepper, StepControl& control, const run::Outputs& outputs,
             const io::CheckpointReader* checkpoint)
-        : scene_(scene), state_(state), stepper_(stepper), control_(control), space_(stepper.space()), watch_(scene, space_),
-          force_(space_.make_velocity()) {
-        if (takes_snapshots)
+        : outputs_(outputs), scene_(scene), state_(state), stepper_(stepper), control_(control), space_(stepper.space()),
+          watch_(scene, space_), force_(space_.make_velocity()) {
+        if (!outputs.snapshots_s.empty())
             accumulation_.emplace(scene_, space_, state_, stepper_.leaves_velocity_of_middle());
         if (!checkpoint) {
             watch_.begin(state_);
@@ -159,7 +159,7 @@ public:
     io::Snapshots& open_snapshots(const std::filesystem::path& fields, const std::string& program,
                                   const std::optional<io::EarlierSnapshots>& earlier) override {
         return snapshots_.emplace(
-            fields, program, snapshot_grid(scene_, space_), earlier,
+            fields, program, snapshot_grid(scene_, space_, outputs_), earlier,
             io::SnapshotConstants{{"time_unit_s", scene_.units.time}, {"yield_stress_Pa", scene_.units.stress}});
     }
 
@@ -167,7 +167,7 @@ public:
         std::optional<Accumulated> accumulated;
         if (accumulation_)
             accumulated.emplace(shown_ ? accumulation_->at(*shown_) : accumulation_->now());
-        write_snapshot(scene_, space_, shown(), accumulated, time_s, state_.step, *snapshots_);
+        write_snapshot(scene_, space_, shown(), accumulated, outputs_, time_s, state_.step, *snapshots_);
     }
 
     void describe(io::Checkpoint& content) override {
@@ -241,6 +241,7 @@ private:
         return true;
     }
 
+    const run::Outputs& outputs_;
     Scene scene_;
     State& state_;
     TimeStepper& stepper_;
@@ -263,7 +264,7 @@ private:
 
 io::RunStatus run(const Scene& scene, State& state, TimeStepper& stepper, StepControl& control, const run::Outputs& outputs,
                   const run::Files& files, io::RunSummary& summary) {
-    GridRun grid_run(scene, state, stepper, control, !outputs.snapshots_s.empty(), files.checkpoint);
+    GridRun grid_run(scene, state, stepper, control, outputs, files.checkpoint);
     return run::loop(grid_run, outputs, files, summary);
 }
 

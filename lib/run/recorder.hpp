@@ -9,10 +9,11 @@ namespace ductile::run {
 
 /// When a run ends and what it writes on the way.
 struct Outputs {
-    double duration_s = 0.0;              ///< a step ends there, and the run
-    std::vector<double> snapshots_s = {}; ///< a snapshot is taken at each; later ones than the end are left out
-    std::vector<double> rows_s = {};      ///< rows of history.csv: at these times, and the end; none:
-    int history_every = 1;                ///< at the start, every n-th step, and the end
+    double duration_s = 0.0;                        ///< a step ends there, and the run
+    std::vector<double> snapshots_s = {};           ///< a snapshot is taken at each; later ones than the end are left out
+    int snapshot_cells_x = 0, snapshot_cells_y = 0; ///< of a grid: equal cells that fields are interpolated to; 0: its own
+    std::vector<double> rows_s = {};                ///< rows of history.csv: at these times, and the end; none:
+    int history_every = 1;                          ///< at the start, every n-th step, and the end
 };
 
 /// Where a run comes from and goes to.

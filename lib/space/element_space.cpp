@@ -90,6 +90,8 @@ public:
     using Space::combine;
     [[nodiscard]] double wall_power(const StressField& stress, const Velocity& upper) const override;
     double correct(const VectorField& phi, const Velocity& wall, double dt, StressField& stress) override;
+    void at_points(const VectorField& velocity, Field& u, Field& v) const override;
+    [[nodiscard]] Interpolation interpolation(At at, const std::vector<double>& x, const std::vector<double>& y) const override;
     [[nodiscard]] std::size_t memory_bytes() const override {
         return modes_.memory_bytes() + x_.memory_bytes() + edges_.size() * sizeof(double);
     }
@@ -166,7 +168,7 @@ void ElementSpace::find_gradients(const VectorField& velocity, int e, bool with_
 
 void ElementSpace::prepare_transport(CellState& cells) const {
     const int p = y_.degree, padded = x_.padded();
-    slopes_.resize(static_cast<std::size_t>(cells.count()));
+    slopes_.resize(std::max(slopes_.size(), static_cast<std::size_t>(cells.count())));
     for (Slopes& of_field : slopes_)
         if (of_field.x.rows() == 0)
             of_field = {Field(grid().cells_y, grid().cells_x), Field(grid().cells_y, grid().cells_x),
@@ -365,6 +367,37 @@ Unresolved ElementSpace::unresolved(const Field& field) const {
             total.y = std::max(total.y, part.y);
         });
     return {std::sqrt(squares.x), std::sqrt(squares.y)};
+}
+
+void ElementSpace::at_points(const VectorField& velocity, Field& u, Field& v) const {
+    for_each_element([&](int e, const Scratch& scratch) {
+        find_gradients(velocity, e, true, scratch);
+        for (int l = 0; l < y_.degree; ++l)
+            for (const auto& [array, field] : {std::pair{array::u, &u}, std::pair{array::v, &v}})
+                std::copy_n(scratch.row(array, l), x_.points(), field->row(e * y_.degree + l));
+    });
+}
+
+/// The series in x and the polynomials in y.
+Interpolation ElementSpace::interpolation(At at, const std::vector<double>& x, const std::vector<double>& y) const {
+    std::vector<Interpolation::Weights> along_x, along_y;
+    for (const double place : x) {
+        along_x.emplace_back();
+        for (int i = 0; i < x_.points(); ++i)
+            along_x.back().emplace_back(i, x_.value_between(place - i - (at == At::cells ? 0.5 : 0.0)));
+    }
+    for (const double place : y) {
+        const double height = place * grid().dy();
+        const auto above = std::upper_bound(y_.edges.begin() + 1, y_.edges.end() - 1, height);
+        const int e = static_cast<int>(above - y_.edges.begin()) - 1;
+        const double within = 2.0 * (height - y_.edges[static_cast<std::size_t>(e)]) / y_.height(e) - 1.0;
+        const std::vector<double> weights =
+            interpolation_matrix(at == At::cells ? y_.gauss.points : y_.nodes, std::array{within});
+        along_y.emplace_back();
+        for (std::size_t l = 0; l < weights.size(); ++l)
+            along_y.back().emplace_back(e * y_.degree + static_cast<int>(l), weights[l]);
+    }
+    return {std::move(along_x), std::move(along_y)};
 }
 
 double ElementSpace::wall_power(const StressField& stress, const Velocity& upper) const {

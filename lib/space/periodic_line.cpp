@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <ductile/space/periodic_line.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -9,7 +10,7 @@ namespace ductile {
 using std::numbers::pi;
 
 PeriodicLine::PeriodicLine(int points, double width, LineRule rule)
-    : points_(points), padded_(round_up_to_row_unit(points)), spacing_(width / points) {
+    : points_(points), padded_(round_up_to_row_unit(points)), rule_(rule), spacing_(width / points) {
     const auto m = static_cast<std::size_t>(points), n = static_cast<std::size_t>(padded_);
     for (int l = 0; l < modes(); ++l) {
         const double half_angle = pi * l / points;
@@ -29,7 +30,7 @@ PeriodicLine::PeriodicLine(int points, double width, LineRule rule)
     const auto slope_of_cell = [&](int l, double angle) {
         return 2 * l == points ? 0.0 : -2.0 * pi * l / width * std::sin(angle);
     };
-    const auto if_short = [&](int l, double angle) { return 4 * (l - 1) >= 3 * (points / 2) ? std::cos(angle) : 0.0; };
+    const auto if_short = [&](int l, double angle) { return 8 * l > 3 * points ? std::cos(angle) : 0.0; };
     std::vector<double> slopes, values, slopes_of_cells, shares; // by the whole part of the shift
     for (int shift = 0; shift < points; ++shift) {
         slopes.push_back(sum(shift + 0.5, slope));
@@ -50,6 +51,15 @@ PeriodicLine::PeriodicLine(int points, double width, LineRule rule)
             slope_between_cells_[at] = slopes_of_cells[shift];
             short_waves_[at] = shares[shift];
         }
+}
+
+double PeriodicLine::value_between(double shift) const {
+    if (rule_ == LineRule::staggered)
+        return std::max(0.0, 1.0 - std::abs(std::remainder(shift, points_)));
+    double sum = 0.0;
+    for (int l = 0; l < modes(); ++l)
+        sum += (l == 0 || 2 * l == points_ ? 1.0 : 2.0) * std::cos(2.0 * pi * std::fmod(l * shift, points_) / points_);
+    return sum / points_;
 }
 
 } // namespace ductile

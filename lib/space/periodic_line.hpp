@@ -38,10 +38,14 @@ public:
     [[nodiscard]] const double* slope_between_cells() const { return slope_between_cells_.data(); }
     /// From cells to what the last quarter of the waves makes there.
     [[nodiscard]] const double* short_waves() const { return short_waves_.data(); }
+    /// What a value 1 at one point is `shift` spacings to the right of it, in the trigonometric polynomial (of neighbours,
+    /// linearly).
+    [[nodiscard]] double value_between(double shift) const;
     [[nodiscard]] std::size_t memory_bytes() const { return 6 * slope_at_cells_.size() * sizeof(double); }
 
 private:
     int points_, padded_;
+    LineRule rule_;
     double spacing_;
     std::vector<double> kappa_, iota_;
     aligned_vector<double> slope_at_cells_, value_at_cells_, slope_transposed_, value_transposed_, slope_between_cells_,

@@ -4,6 +4,7 @@
 #include <ductile/ode/rk21.hpp>
 #include <ductile/space/cells.hpp>
 #include <ductile/space/equilibrium_solver.hpp>
+#include <ductile/space/interpolation.hpp>
 #include <ductile/space/transport.hpp>
 #include <ductile/time/system.hpp>
 
@@ -138,6 +139,11 @@ public:
     [[nodiscard]] virtual double wall_power(const StressField& stress, const Velocity& upper) const = 0;
     /// The velocity at the points, where stress lives, without images.
     virtual void at_points(const VectorField& velocity, Field& u, Field& v) const = 0;
+    /// Where values live.
+    enum class At { cells, nodes };
+    /// To places between and beyond them; x and y in units of the mean width and height of cells, from the lower left corner on.
+    [[nodiscard]] virtual Interpolation interpolation(At at, const std::vector<double>& x,
+                                                      const std::vector<double>& y) const = 0;
     [[nodiscard]] virtual std::size_t memory_bytes() const = 0; ///< factors, plans and work space
 
     // what happens node by node

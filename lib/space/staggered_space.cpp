@@ -113,6 +113,11 @@ public:
     [[nodiscard]] std::size_t memory_bytes() const override { return solver_->memory_bytes(); }
 
     void prepare_transport(CellState& cells) const override { extrapolate_to_ghost_rows(cells); }
+    /// Linear.
+    [[nodiscard]] Interpolation interpolation(At at, const std::vector<double>& x, const std::vector<double>& y) const override {
+        return {periodic_linear_weights(grid().cells_x, at == At::cells ? 0.5 : 0.0, x),
+                linear_weights(at == At::cells ? rows().cell : rows().node, y)};
+    }
 
 protected:
     using Space::unresolved;

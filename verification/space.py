@@ -1,0 +1,143 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a discretisation in space costs and gives: error against the number of points and against the time of the steps, on the
+paper's grid and on elements, for the paper's scene and others that are smoother, rougher or sharper.
+
+Errors of stress, effective temperature and velocity at the end, at the points of each run, in the norm (59), and of the traction on the
+walls. The reference of a scene is a run on elements with a tight tolerance; a second one with other elements, another degree and
+another number of waves says how far it can be trusted. Runs are timed one after the other; each is made --repeat times, and the
+shortest time counts.
+
+    verification/space.py                    # half an hour
+    verification/space.py --scenes paper
+"""
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+import common
+from results import Run
+
+SCENES = {  # name: options, what to expect, the two references as (columns, rows, degree)
+    "paper": ({}, "the paper's problem", ((96, 288, 12), (80, 256, 16))),
+    "fronts": ({"initial": "uniform", "initial-base": 640, "initial-stress": 3.4e8, "initial-length": 2e-3},
+               "a random eigenstress of 0.4 s_Y: cells yield one after the other", ((96, 288, 12), (80, 256, 16))),
+    "random": ({"initial": "random", "initial-amplitude": 20, "initial-length": 1e-3},
+               "random chi, correlated over 0.1 L", ((128, 384, 12), (112, 320, 16))),
+    "rough": ({"initial": "random", "initial-amplitude": 20, "initial-length": 3e-4, "duration": 0.7},
+              "random chi, correlated over 0.03 L", ((256, 768, 12), (224, 640, 16))),
+    "disc": ({"initial": "disc", "initial-base": 600, "initial-amplitude": 300, "initial-length": 3e-3, "initial-transition": 1e-3,
+              "duration": 1.0}, "a soft disc, 900 K in 600 K: its band is thinner than itself", ((96, 960, 12), (80, 800, 16))),
+    "wall": ({"initial": "gaussian", "initial-base": 620, "initial-amplitude": 60, "initial-length": 1.5e-3, "initial-y": -0.01},
+             "a soft inclusion at the lower wall", ((64, 384, 12), (64, 320, 16))),
+}
+STAGGERED = (64, 128, 252, 504)
+ELEMENTS = ((24, 48, 8), (32, 64, 8), (40, 96, 8), (48, 128, 16), (64, 192, 8), (64, 192, 16), (96, 256, 16))
+EXACT = {"space": "elements", "scheme": "bogacki-shampine", "tolerance": "1e-8"}
+NAMES = {"sigma": r"$E_\sigma/s_Y$", "chi": r"$E_\chi/\chi_\infty$", "v": r"$E_v/U$", "traction": "traction"}
+
+
+def on_elements(columns, rows, degree):
+    return {"space": "elements", "cells": f"{columns}x{rows}", "degree": degree}
+
+
+def candidates(options):
+    for cells in STAGGERED:
+        yield f"staggered {cells} x {cells}", {**options, "cells": f"{cells}x{cells}"}
+    for columns, rows, degree in ELEMENTS:
+        yield f"elements {columns} x {rows // degree} of degree {degree}", {**options, **on_elements(columns, rows, degree)}
+
+
+def weights(run):
+    """Of the rows of cells in means."""
+    edges = run.grid.y_corner
+    if run.parameters["space"] == "elements":
+        edges, (_, gauss) = edges[::run.parameters["degree"]], np.polynomial.legendre.leggauss(run.parameters["degree"])
+        rows = np.outer(np.diff(edges), gauss).ravel()
+    else:
+        rows = np.diff(edges)
+    return rows / rows.sum()
+
+
+class Errors:
+    """Of runs against a reference, whose values at the points of a grid are found once."""
+
+    def __init__(self, folder):
+        self.run, self.known = Run(folder), {}
+
+    def reference(self, name, x, y):
+        key = name, len(x), tuple(y)
+        if key not in self.known:
+            self.known[key] = self.run.snapshots[-1].at(name, x, y)
+        return self.known[key]
+
+    def __call__(self, folder):
+        run = Run(folder)
+        last, grid, rows = run.snapshots[-1], run.grid, weights(run)[:, None]
+        mean_root = lambda square: np.sqrt((rows * square).sum() / square.shape[1])
+        difference = {name: last[name] - self.reference(name, grid.x_centre, grid.y_centre)
+                      for name in ("pressure", "s", "tau", "q", "effective_temperature")}
+        p, s, tau, q = (difference[name] / common.YIELD for name in ("pressure", "s", "tau", "q"))
+        v = [last[name][:, :-1] - self.reference(name, grid.x_corner[:-1], grid.y_corner) for name in ("velocity_x", "velocity_y")]
+        traction = run.history["wall_shear_traction_Pa"][-1] - self.run.history["wall_shear_traction_Pa"][-1]
+        return {"sigma": mean_root(3 * p**2 + 2 * s**2 + 2 * tau**2 + 6 * q**2),
+                "chi": mean_root((difference["effective_temperature"] / common.STEADY)**2),
+                "v": np.sqrt(np.mean(v[0]**2 + v[1]**2)) / common.WALL, "traction": abs(traction) / common.YIELD}
+
+
+def study(program, work, name, repeat):
+    """Rows of one scene, and how far its two references are apart."""
+    options, _, references = SCENES[name]
+    end = {"snapshots": options.get("duration", common.DURATION), "history-every": 1000, **options}
+    folders = [common.run(program, work / f"{name}-reference-{k}", {**end, **EXACT, **on_elements(*shape)}, threads=2)
+               for k, shape in enumerate(references)]
+    errors, rows = Errors(folders[0]), []
+    for label, run_options in candidates(end):
+        seconds = []
+        for k in range(repeat):
+            folder = common.run(program, work / f"{name}-{label.replace(' ', '-')}-{k}", run_options, threads=2, timed=True)
+            seconds.append(common.step_seconds(common.summary(folder)))
+        summary, run = common.summary(folder), Run(folder)
+        columns, lines = (int(n) for n in str(summary["parameters"]["cells"]).split("x"))
+        rows.append({"scene": name, "space": label, "points": columns * lines, **errors(folder), "seconds": min(seconds),
+                     "solves": summary["elliptic_solves"], "unresolved": max(run.history[f"unresolved_{d}"][-1] for d in "xy"),
+                     "warned": any("finest scales" in warning for warning in summary["warnings"])})
+    return rows, errors(folders[1])
+
+
+def draw(path, studies):
+    figure, axes = plt.subplots(2, len(studies), figsize=(3.4 * len(studies), 6.4), squeeze=False, sharey="row", layout="constrained")
+    for column, (name, (rows, distance)) in zip(axes.T, studies.items()):
+        for axis, cost in zip(column, ("points", "seconds")):
+            for kind, style in (("staggered", "ks-"), ("elements", "C0o")):
+                of_kind = [row for row in rows if row["space"].startswith(kind)]
+                axis.loglog([row[cost] for row in of_kind], [row["sigma"] for row in of_kind], style, label=kind)
+            axis.axhline(distance["sigma"], color="grey", ls=":", label="two references")
+            axis.set_xlabel({"points": "points", "seconds": "time of the steps [s]"}[cost])
+        column[0].set_title(f"{name}: {SCENES[name][1]}", fontsize=8, wrap=True)
+    for row in axes:
+        row[0].set_ylabel(NAMES["sigma"])
+    axes[0, 0].legend()
+    figure.savefig(path, dpi=110)
+
+
+def main():
+    p = common.parser(__doc__, "out/verification/space")
+    p.add_argument("--scenes", metavar="NAME", nargs="+", choices=SCENES, default=list(SCENES), help="of these (default: all)")
+    p.add_argument("--repeat", type=int, default=3, help="runs of each, the shortest counts (default: %(default)s)")
+    a = p.parse_args()
+    studies = {name: study(a.program, a.work, name, a.repeat) for name in a.scenes}
+    text = f"# Error of the space\n\n{common.provenance()}; two threads.\n"
+    for name, (rows, distance) in studies.items():
+        text += f"\n## {name}: {SCENES[name][1]}\n\n" + common.markdown_table(
+            ["space", "points", *NAMES, "seconds", "solves", "unresolved"],
+            [[row["space"], row["points"], *(f"{row[field]:.1e}" for field in NAMES), f"{row['seconds']:.2g}", row["solves"],
+              f"{row['unresolved']:.1e}" + (", warned" if row["warned"] else "")] for row in rows])
+        text += "\nTwo references are apart by " + ", ".join(f"{distance[field]:.1e} ({field})" for field in NAMES) + ".\n"
+    header = list(next(iter(studies.values()))[0][0])
+    common.publish(a.results, "space", text, header, [[row[key] for key in header] for rows, _ in studies.values() for row in rows])
+    draw(a.results / "space.png", studies)
+
+
+if __name__ == "__main__":
+    main()
