@@ -34,9 +34,10 @@ std::vector<double> edges_of(const Grid& grid, const ElementOptions& options) {
 }
 
 /// The padded rows of an element that a thread works on.
-class Scratch {
+class ElementScratch {
 public:
-    Scratch(int rows, int padded) : size_(static_cast<std::size_t>(rows) * static_cast<std::size_t>(padded)), padded_(padded) {
+    ElementScratch(int rows, int padded)
+        : size_(static_cast<std::size_t>(rows) * static_cast<std::size_t>(padded)), padded_(padded) {
         thread_local aligned_vector<double> numbers;
         if (numbers.size() < arrays * size_)
             numbers.resize(arrays * size_);
@@ -55,7 +56,7 @@ private:
     double* first_;
 };
 
-/// Numbers of the arrays in a Scratch.
+/// Numbers of the arrays in a ElementScratch.
 namespace array {
 constexpr int ux = 0, uy = 1, vx = 2, vy = 3, u = 4, v = 5;       // at stress points
 constexpr int u_slope = 6, u_value = 7, v_slope = 8, v_value = 9; // at nodes and, in x, cells
@@ -105,12 +106,13 @@ protected:
 private:
     /// visit(element, scratch)
     void for_each_element(const auto& visit) const {
-        for_each_row(Rows{y_.elements(), y_.degree * x_.points()}, [&](int e) { visit(e, Scratch(y_.degree + 1, x_.padded())); });
+        for_each_row(Rows{y_.elements(), y_.degree * x_.points()},
+                     [&](int e) { visit(e, ElementScratch(y_.degree + 1, x_.padded())); });
     }
     /// Of the velocity gradient at the stress points of an element, where velocity is wanted, too, that and v at its nodes.
-    void find_gradients(const VectorField& velocity, int e, bool with_velocity, const Scratch& scratch) const;
+    void find_gradients(const VectorField& velocity, int e, bool with_velocity, const ElementScratch& scratch) const;
     /// gradient_at(i) of stress row l of the element.
-    [[nodiscard]] auto gradients_of_row(int e, int l, const Scratch& scratch) const {
+    [[nodiscard]] auto gradients_of_row(int e, int l, const ElementScratch& scratch) const {
         const double *ux = scratch.row(array::ux, l), *uy = scratch.row(array::uy, l), *vx = scratch.row(array::vx, l),
                      *vy = scratch.row(array::vy, l);
         return [ =, by_height = 2.0 / y_.height(e) ](int i) __attribute__((DUCTILE_ALWAYS_INLINE)) {
@@ -119,7 +121,7 @@ private:
         };
     }
     /// rate = -(v . grad) f on the element's rows of field k, as prepared.
-    void carry(int k, int e, const Scratch& scratch, Field& rate) const;
+    void carry(int k, int e, const ElementScratch& scratch, Field& rate) const;
     /// f at the lower edge of an element less f of the element below there.
     void jump(const Field& f, int e, double* row) const {
         const int p = y_.degree;
@@ -127,7 +129,7 @@ private:
         multiply<true>(1, p, x_.padded(), {minus_at_top_.data(), p}, {f.row((e - 1) * p), f.stride()}, {row, 0});
     }
     /// Forces on the nodes within the element; those at its edges wait for join_edges().
-    void find_forces(const StressField& stress, double factor, int e, const Scratch& scratch, VectorField& force) const;
+    void find_forces(const StressField& stress, double factor, int e, const ElementScratch& scratch, VectorField& force) const;
     void join_edges(VectorField& force) const;
     /// Force at the lower (0) or upper (1) edge of an element.
     [[nodiscard]] double* edge_force(int e, int edge, int component) const {
@@ -147,7 +149,7 @@ private:
     mutable aligned_vector<double> edges_; ///< [elements][lower, upper][u, v][padded], room to work in
 };
 
-void ElementSpace::find_gradients(const VectorField& velocity, int e, bool with_velocity, const Scratch& s) const {
+void ElementSpace::find_gradients(const VectorField& velocity, int e, bool with_velocity, const ElementScratch& s) const {
     const int p = y_.degree, n = p + 1, m = x_.points(), padded = x_.padded();
     const RowsOf<const double> slope{x_.slope_at_cells(), padded}, value{x_.value_at_cells(), padded};
     const RowsOf<const double> u{velocity.u.row(e * p), velocity.u.stride()}, v{velocity.v.row(e * p), velocity.v.stride()};
@@ -173,7 +175,7 @@ void ElementSpace::prepare_transport(CellState& cells) const {
         if (of_field.x.rows() == 0)
             of_field = {Field(grid().cells_y, grid().cells_x), Field(grid().cells_y, grid().cells_x),
                         Field(y_.elements(), grid().cells_x)};
-    for_each_element([&](int e, const Scratch&) {
+    for_each_element([&](int e, const ElementScratch&) {
         for (int k = 0; k < cells.count(); ++k) {
             const Field& f = cells.field(k);
             auto& [x, y, jumps] = slopes_[static_cast<std::size_t>(k)];
@@ -186,7 +188,7 @@ void ElementSpace::prepare_transport(CellState& cells) const {
     });
 }
 
-void ElementSpace::carry(int k, int e, const Scratch& s, Field& rate) const {
+void ElementSpace::carry(int k, int e, const ElementScratch& s, Field& rate) const {
     const int p = y_.degree;
     const auto& [x, y, jumps] = slopes_[static_cast<std::size_t>(k)];
     const bool has_lower = e > 0, has_upper = e + 1 < y_.elements();
@@ -215,7 +217,7 @@ void ElementSpace::sweep(const CellState& cells, const VectorField& velocity, bo
     const bool transported = medium().transported;
     const Pack by_bulk_modulus(1.0 / elasticity.bulk_modulus), by_shear_modulus(1.0 / elasticity.shear_modulus);
     const int p = y_.degree, columns = x_.points();
-    for_each_element([&](int e, const Scratch& scratch) {
+    for_each_element([&](int e, const ElementScratch& scratch) {
         if (elastic || transported)
             find_gradients(velocity, e, transported, scratch);
         for (int k = 0; k < sources.count(); ++k)
@@ -254,7 +256,8 @@ void ElementSpace::sweep(const CellState& cells, const VectorField& velocity, bo
     join_edges(force);
 }
 
-void ElementSpace::find_forces(const StressField& stress, double factor, int e, const Scratch& s, VectorField& force) const {
+void ElementSpace::find_forces(const StressField& stress, double factor, int e, const ElementScratch& s,
+                               VectorField& force) const {
     using namespace array;
     // of the stress, with the weights of points, what meets values (ux, vx) and slopes (uy, vy) of a velocity
     const int p = y_.degree, n = p + 1, m = x_.points(), padded = x_.padded();
@@ -303,12 +306,12 @@ void ElementSpace::join_edges(VectorField& force) const {
 }
 
 void ElementSpace::divergence(const StressField& stress, double factor, VectorField& force) const {
-    for_each_element([&](int e, const Scratch& scratch) { find_forces(stress, factor, e, scratch, force); });
+    for_each_element([&](int e, const ElementScratch& scratch) { find_forces(stress, factor, e, scratch, force); });
     join_edges(force);
 }
 
 void ElementSpace::close(const VectorField& velocity, CellState& rate) const {
-    for_each_element([&](int e, const Scratch& scratch) {
+    for_each_element([&](int e, const ElementScratch& scratch) {
         find_gradients(velocity, e, false, scratch);
         for (int l = 0; l < y_.degree; ++l)
             close_row(medium().law->elasticity(), gradients_of_row(e, l, scratch), e * y_.degree + l, rate);
@@ -317,7 +320,7 @@ void ElementSpace::close(const VectorField& velocity, CellState& rate) const {
 
 void ElementSpace::combine(std::span<const Term> terms, const OpenRate& open, CellState& out) const {
     const OpenTerms all(terms, open);
-    for_each_element([&](int e, const Scratch& scratch) {
+    for_each_element([&](int e, const ElementScratch& scratch) {
         find_gradients(*open.velocity, e, false, scratch);
         for (int l = 0; l < y_.degree; ++l)
             all.combine_row(medium().law->elasticity(), gradients_of_row(e, l, scratch), e * y_.degree + l, out);
@@ -326,7 +329,7 @@ void ElementSpace::combine(std::span<const Term> terms, const OpenRate& open, Ce
 }
 
 double ElementSpace::correct(const VectorField& phi, const Velocity& wall, double dt, StressField& stress) {
-    for_each_element([&](int e, const Scratch& scratch) {
+    for_each_element([&](int e, const ElementScratch& scratch) {
         find_gradients(phi, e, false, scratch);
         for (int l = 0; l < y_.degree; ++l)
             row_sums()[static_cast<std::size_t>(e * y_.degree + l)] = correct_row(
@@ -338,7 +341,7 @@ double ElementSpace::correct(const VectorField& phi, const Velocity& wall, doubl
 Unresolved ElementSpace::unresolved(const Field& field) const {
     const int p = y_.degree, padded = x_.padded(), tail = std::max(1, p / 4), points = x_.points();
     const auto visit = [&](int e, Unresolved& largest) {
-        const Scratch scratch(p + 1, padded);
+        const ElementScratch scratch(p + 1, padded);
         const RowsOf<const double> rows{field.row(e * p), field.stride()};
         // of the waves in x the square is integrated over y, of the polynomials in y it is the sum of the coefficients'
         multiply(p, points, padded, rows, {x_.short_waves(), padded}, scratch.rows(0));
@@ -370,7 +373,7 @@ Unresolved ElementSpace::unresolved(const Field& field) const {
 }
 
 void ElementSpace::at_points(const VectorField& velocity, Field& u, Field& v) const {
-    for_each_element([&](int e, const Scratch& scratch) {
+    for_each_element([&](int e, const ElementScratch& scratch) {
         find_gradients(velocity, e, true, scratch);
         for (int l = 0; l < y_.degree; ++l)
             for (const auto& [array, field] : {std::pair{array::u, &u}, std::pair{array::v, &v}})

@@ -7,13 +7,11 @@
 
 namespace ductile {
 
-using std::numbers::pi;
-
 PeriodicLine::PeriodicLine(int points, double width, LineRule rule)
     : points_(points), padded_(round_up_to_row_unit(points)), rule_(rule), spacing_(width / points) {
     const auto m = static_cast<std::size_t>(points), n = static_cast<std::size_t>(padded_);
     for (int l = 0; l < modes(); ++l) {
-        const double half_angle = pi * l / points;
+        const double half_angle = std::numbers::pi * l / points;
         const bool nyquist = 2 * l == points, spectral = rule == LineRule::spectral;
         kappa_.push_back(2.0 / spacing_ * (spectral ? half_angle : std::sin(half_angle)));
         iota_.push_back(nyquist ? 0.0 : spectral ? 1.0 : std::cos(half_angle));
@@ -22,13 +20,14 @@ PeriodicLine::PeriodicLine(int points, double width, LineRule rule)
     const auto sum = [&](double shift, const auto& wave) {
         double total = 0.0;
         for (int l = 0; l < modes(); ++l)
-            total += (l == 0 || 2 * l == points ? 1.0 : 2.0) * wave(l, 2.0 * pi * std::fmod(l * shift, points) / points);
+            total +=
+                (l == 0 || 2 * l == points ? 1.0 : 2.0) * wave(l, 2.0 * std::numbers::pi * std::fmod(l * shift, points) / points);
         return total / points;
     };
     const auto slope = [&](int l, double angle) { return -kappa(l) * std::sin(angle); };
     const auto value = [&](int l, double angle) { return iota(l) * std::cos(angle); };
     const auto slope_of_cell = [&](int l, double angle) {
-        return 2 * l == points ? 0.0 : -2.0 * pi * l / width * std::sin(angle);
+        return 2 * l == points ? 0.0 : -2.0 * std::numbers::pi * l / width * std::sin(angle);
     };
     const auto if_short = [&](int l, double angle) { return 8 * l > 3 * points ? std::cos(angle) : 0.0; };
     std::vector<double> slopes, values, slopes_of_cells, shares; // by the whole part of the shift
@@ -58,7 +57,8 @@ double PeriodicLine::value_between(double shift) const {
         return std::max(0.0, 1.0 - std::abs(std::remainder(shift, points_)));
     double sum = 0.0;
     for (int l = 0; l < modes(); ++l)
-        sum += (l == 0 || 2 * l == points_ ? 1.0 : 2.0) * std::cos(2.0 * pi * std::fmod(l * shift, points_) / points_);
+        sum +=
+            (l == 0 || 2 * l == points_ ? 1.0 : 2.0) * std::cos(2.0 * std::numbers::pi * std::fmod(l * shift, points_) / points_);
     return sum / points_;
 }
 
