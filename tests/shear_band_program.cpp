@@ -418,7 +418,7 @@ TEST_CASE("a restart of a restart gives the bits of the uninterrupted run") {
     const Arguments elements = {"--space", "elements", "--degree", "6", "--element-edges", "0.004"};
     for (const char* scheme : {"auto", "incremental", "extrapolated", "chebyshev", "arkode-3", "cvode-bdf"})
         compare(stops + elements + Arguments{"--scheme", scheme});
-    compare(stops + elements + Arguments{"--shear-traction", "8e8"});
+    compare(stops + elements + Arguments{"--shear-traction", "9e8"});
     compare(stops + Arguments{"--initial-stress", "1e8", "--snapshot-cells", "7x5"});
     compare(stops + fixed_steps + Arguments{"--threads", "2"});
     compare(stops + Arguments{"--threads", "2", "--equilibrium", "cholesky"});
@@ -460,9 +460,7 @@ TEST_CASE("snapshots that begin after a restart say that they lack what has accu
     const scratch::Folder folder;
     run_well(quick + Arguments{"--duration", "0.3", "--snapshots", "", "--output", folder / "run"});
     run_well({"--restart", folder / "run/checkpoint.h5", "--duration", "0.5", "--snapshots", "0.5"});
-    const auto warnings = summary(folder / "run")["warnings"];
-    REQUIRE(warnings.size() == 1);
-    CHECK(contains(warnings[0].get<std::string>(), "the snapshots lack the accumulated plastic strain"));
+    CHECK(contains(summary(folder / "run")["warnings"].dump(), "the snapshots lack the accumulated plastic strain"));
     CHECK_FALSE(result_in(folder / "run").arrays.contains("snapshots/000000/displacement_x"));
 }
 
