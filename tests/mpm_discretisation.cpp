@@ -205,6 +205,13 @@ TEST_CASE("a rigid body may begin outside the grid, and holds nodes once it come
     }
 }
 
+TEST_CASE("a law at finite strain in a scene of small rotation is refused") {
+    Block b = block(ShapeFunction::linear, Geometry::plane_strain, "neo-Hookean");
+    check(b.scene, b.state.particles);
+    b.scene.finite_rotation = false;
+    CHECK(contains(message_of<InputError>([&] { check(b.scene, b.state.particles); }), "leave finite-rotation true"));
+}
+
 TEST_CASE("a scene no run can start from is refused by name before the first step") {
     const Block good = block(ShapeFunction::gimp);
     const double nan = std::nan("");
@@ -351,6 +358,35 @@ TEST_CASE("the internal force is minus the derivative of the virtual work, hoop 
                 power += after.mass[p] * (after.energy[p] - b.state.particles.energy[p]) / dt;
             CHECK(std::inner_product(force.begin(), force.end(), v.begin(), 0.0) == doctest::Approx(-power).epsilon(1e-5));
         }
+}
+
+TEST_CASE("forces have no moment about the configuration that they act on: where the step ends, or in its middle") {
+    for (const ShapeFunction shape : {ShapeFunction::linear, ShapeFunction::gimp})
+        for (const Geometry geometry : {Geometry::plane_strain, Geometry::plane_stress})
+            for (const char* law : {"elastic", "von Mises", "neo-Hookean", "Hencky von Mises"})
+                for (const bool midpoint : {false, true}) {
+                    CAPTURE(static_cast<int>(shape));
+                    CAPTURE(static_cast<int>(geometry));
+                    CAPTURE(law);
+                    CAPTURE(midpoint);
+                    Block b = strained_block(shape, geometry, law);
+                    const auto d = make_discretisation(b.scene, midpoint);
+                    d->prepare(b.state.particles, {});
+                    CHECK(d->moves() == (midpoint || has_finite_strain(b.scene)));
+                    const std::vector<double> v = random_vector(d->nodes().components(), 0.3, 8);
+                    std::vector<double> f(v.size());
+                    const double dt = 0.05;
+                    d->force_after(b.state.particles, v, dt, f);
+                    double moment = 0.0, size = 0.0;
+                    for (std::size_t k = 0; k < d->nodes().count(); ++k) {
+                        const double way = d->moves() ? (midpoint ? 0.5 * dt : dt) : 0.0;
+                        const double x = 0.1 * (d->nodes().lattice[k] % d->nodes().lattice_width) + way * v[2 * k],
+                                     y = 0.1 * (d->nodes().lattice[k] / d->nodes().lattice_width) + way * v[2 * k + 1];
+                        moment += x * f[2 * k + 1] - y * f[2 * k];
+                        size += std::abs(x * f[2 * k + 1]) + std::abs(y * f[2 * k]);
+                    }
+                    CHECK(std::abs(moment) < 1e-14 * size);
+                }
 }
 
 TEST_CASE("free translation leaves no stress and no change of velocity, wherever the particles lie") {

@@ -166,7 +166,7 @@ TEST_CASE("the momentum of all particles changes by body force and reactions, wh
 TEST_CASE("kinetic and internal energy change by the work done, less what the method is known to take, to round-off") {
     for (const ShapeFunction shape : all_shapes)
         for (const Geometry geometry : all_geometries)
-            for (const char* law : {"elastic", "von Mises", "Perzyna", "Drucker-Prager"})
+            for (const char* law : {"elastic", "von Mises", "Perzyna", "Drucker-Prager", "neo-Hookean", "Hencky von Mises"})
                 for (const Way& way : all_ways()) {
                     CAPTURE(static_cast<int>(shape));
                     CAPTURE(static_cast<int>(geometry));
@@ -196,14 +196,14 @@ TEST_CASE("kinetic and internal energy change by the work done, less what the me
                     }
                     size = std::max(size, std::abs(energy() - start));
                     CHECK(size > 1e-4);
-                    CHECK(lost > 1e-9);
+                    CHECK(lost > 1e-10);
                     CHECK(std::abs(energy() - start - passed) <= way.tolerance * size);
                 }
 }
 
 TEST_CASE("what plastic flow dissipates is the internal energy that is not elastic, while strains are small") {
     for (const Geometry geometry : all_geometries)
-        for (const char* law : {"elastic", "von Mises", "Perzyna"}) {
+        for (const char* law : {"elastic", "von Mises", "Perzyna", "neo-Hookean", "Hencky von Mises"}) {
             CAPTURE(static_cast<int>(geometry));
             CAPTURE(law);
             Block b = strained_block(ShapeFunction::linear, geometry, law);
@@ -217,8 +217,11 @@ TEST_CASE("what plastic flow dissipates is the internal energy that is not elast
             }
             const Energies end = energies_of(b.scene, b.state.particles);
             const double stored = end.strain - start.strain, worked = end.internal - start.internal;
-            CHECK((dissipated > 0.1 * std::abs(worked)) == (std::string_view(law) != "elastic"));
-            CHECK(std::abs(worked - stored - dissipated) < 0.02 * (std::abs(worked) + std::abs(stored)));
+            const bool flows = std::string_view(law) != "elastic" && std::string_view(law) != "neo-Hookean";
+            CHECK((dissipated > 0.1 * std::abs(worked)) == flows);
+            // a law at finite strain has an energy: nothing is left open
+            const double open = has_finite_strain(b.scene) ? 1e-12 : 0.02;
+            CHECK(std::abs(worked - stored - dissipated) < open * (std::abs(worked) + std::abs(stored)));
         }
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
 #include <ductile/material/drucker_prager.hpp>
+#include <ductile/material/finite_strain.hpp>
 #include <ductile/material/linear_elastic.hpp>
 #include <ductile/material/perzyna.hpp>
 #include <ductile/material/von_mises.hpp>
@@ -27,6 +28,10 @@ inline Law law_named(const std::string& name) {
         return linear_elastic_law(rubber);
     if (name == "von Mises")
         return von_mises_law(rubber, {.yield_stress = 6.0, .modulus = 50.0});
+    if (name == "neo-Hookean")
+        return make_finite_law(NeoHookean(rubber));
+    if (name == "Hencky von Mises")
+        return hencky_von_mises_law(rubber, {.yield_stress = 6.0, .modulus = 50.0});
     if (name == "Perzyna")
         return perzyna_law(rubber, {.yield_stress = 3.0, .hardening_modulus = 20.0, .reference_rate = 0.5});
     return drucker_prager_law(rubber, {.cohesion = 6.0, .friction = 0.5, .dilatancy = 0.2, .hardening = 50.0});
@@ -69,6 +74,29 @@ inline void stress_randomly(const Scene& scene, Particles& particles, double sca
     }
 }
 
+/// Random deformations as large as this, from none: the stress is that of the law, which is one at finite strain.
+inline void deform_randomly(const Scene& scene, Particles& particles, double scale, unsigned seed = 4) {
+    std::mt19937 engine(seed);
+    std::uniform_real_distribution<double> uniform(-scale, scale);
+    for (std::size_t p = 0; p < particles.size(); ++p) {
+        Deformation f{uniform(engine), uniform(engine), uniform(engine), uniform(engine),
+                      scene.geometry == Geometry::plane_strain ? 0.0 : uniform(engine)};
+        double* internal[most_variables] = {};
+        for (std::size_t k = 0; k < particles.internal.size(); ++k)
+            internal[k] = &particles.internal[k][p];
+        const FiniteStrain& law = *scene.materials[static_cast<std::size_t>(particles.material[p])].law->finite_strain();
+        if (scene.geometry == Geometry::plane_stress)
+            law.release_thickness(1, &f, internal, 1.0);
+        SymmetricTensor stress;
+        StepWork work;
+        law.correct(1, &f, internal, 1.0, &stress, internal, &work);
+        particles.stress_xx[p] = stress.xx;
+        particles.stress_yy[p] = stress.yy;
+        particles.stress_zz[p] = stress.zz;
+        particles.stress_xy[p] = stress.xy;
+    }
+}
+
 /// A block under random stress that is about to be strained by some per cent in the step: both elastic and plastic particles.
 inline Block strained_block(ShapeFunction shape, Geometry geometry, const std::string& law) {
     Block b = block(shape, geometry, law);
@@ -78,7 +106,10 @@ inline Block strained_block(ShapeFunction shape, Geometry geometry, const std::s
     shake(b.state.particles, 0.015);
     for (double& y : b.state.particles.y)
         y = std::max(y, 0.001);
-    stress_randomly(b.scene, b.state.particles, law == "elastic" ? 5.0 : 3.0);
+    if (has_finite_strain(b.scene))
+        deform_randomly(b.scene, b.state.particles, law == "neo-Hookean" ? 0.1 : 3e-3);
+    else
+        stress_randomly(b.scene, b.state.particles, law == "elastic" ? 5.0 : 3.0);
     for (std::size_t p = 0; p < b.state.particles.size(); ++p) {
         b.state.particles.velocity_x[p] = 0.5 * b.state.particles.y[p];
         b.state.particles.velocity_y[p] = -0.3 * b.state.particles.y[p];

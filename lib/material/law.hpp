@@ -34,11 +34,14 @@ struct FlowSums {
     double dissipation = 0.0; ///< sum of sigma : D^pl
 };
 
+class FiniteStrain;
+
 /// A material law whose type is forgotten: what both carriers use. It is called once for a row of cells or a run of particles, so
 /// that the loops over points are compiled with the law: one of a user's own is as fast as those of the library.
 ///
 /// It is made of a law in rate form (rate_form.hpp) or in step form (step_form.hpp); the other form is derived: a step by
-/// backward Euler (viscoplastic.hpp), rates by relaxation towards the law (duvaut_lions.hpp). Values are in the units that the
+/// backward Euler (viscoplastic.hpp), rates by relaxation towards the law (duvaut_lions.hpp). Or of one at finite strain
+/// (finite_strain.hpp), which has neither. Values are in the units that the
 /// law was made with: natural ones in a scene of cells, SI for particles. Copies share one immutable object.
 class Law {
 public:
@@ -63,6 +66,14 @@ public:
     [[nodiscard]] virtual bool linear() const = 0;
     /// The equivalent stress of von Mises at yield without mean stress; infinity if there is none.
     [[nodiscard]] virtual double equivalent_yield_stress(std::span<const double> internal) const = 0;
+
+    /// Its functions if it is one at finite strain, else null; such a law knows deformations, and its rates and steps below throw
+    /// std::logic_error.
+    [[nodiscard]] virtual const FiniteStrain* finite_strain() const { return nullptr; }
+    /// Elastic energy by present volume.
+    [[nodiscard]] virtual double stored_energy(const SymmetricTensor& stress, std::span<const double>) const {
+        return 0.5 * contraction(stress, elastic_strain(elasticity_, stress));
+    }
 
     // --- rates, Eq. (20): throw std::logic_error for a law whose flow changes the volume, see has_rates()
 

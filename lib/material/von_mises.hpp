@@ -5,16 +5,21 @@
 #include <ductile/material/step_form.hpp>
 
 #include <array>
+#include <vector>
 
 namespace ductile {
 
 /// The hardening function H of the equivalent plastic strain p, (2.1.19) of Sulsky & Kaul: tau_0 + c_1 p up to p_L, from there
-/// on down with the slope -c_2, and zero once nothing is left. With the default p_L it is linear hardening.
+/// on down with the slope -c_2, and zero once nothing is left. With the default p_L it is linear hardening. Voce's (1948) adds
+/// Q (1 - exp(-p/p_0)). A curve of points takes the place of c_1, p_L and c_2: straight between them, constant after the last.
 struct Hardening {
-    double yield_stress = 0.0;   ///< tau_0 [Pa]
-    double modulus = 0.0;        ///< c_1 [Pa]
-    double limit_strain = 1e300; ///< p_L
-    double softening = 0.0;      ///< c_2 [Pa]
+    double yield_stress = 0.0;                     ///< tau_0 [Pa]
+    double modulus = 0.0;                          ///< c_1 [Pa]
+    double limit_strain = 1e300;                   ///< p_L
+    double softening = 0.0;                        ///< c_2 [Pa]
+    double saturation = 0.0;                       ///< Q [Pa], >= 0
+    double saturation_strain = 0.1;                ///< p_0
+    std::vector<std::array<double, 2>> curve = {}; ///< p and H [Pa] from p = 0, where H is tau_0; empty: none
 
     bool operator==(const Hardening&) const = default;
 };
@@ -28,8 +33,8 @@ struct Hardening {
 class VonMises {
 public:
     static constexpr bool linear = false, isochoric = true;
-    /// Throws InputError for a yield stress that is not positive, a negative limit strain, or softening as steep as 3 mu (then a
-    /// step has no unique solution).
+    /// Throws InputError for a yield stress that is not positive, a negative limit strain, softening as steep as 3 mu (then a
+    /// step has no unique solution), and a curve that does not begin with the yield stress or whose strains do not grow.
     VonMises(const IsotropicElasticity& elasticity, const Hardening& hardening);
 
     [[nodiscard]] const IsotropicElasticity& elasticity() const { return elasticity_; }
@@ -37,7 +42,7 @@ public:
     /// The equivalent stress of von Mises at yield.
     [[nodiscard]] double yield_stress(const std::array<double, 1>& plastic_strain) const {
         const Piece& piece = pieces_[piece_of(plastic_strain[0])];
-        return piece.value + piece.slope * plastic_strain[0];
+        return piece.value + piece.slope * plastic_strain[0] + saturating(plastic_strain[0]);
     }
 
     [[nodiscard]] StressReturn<1> correct(const SymmetricTensor& trial, const std::array<double, 1>& plastic_strain,
@@ -85,9 +90,19 @@ private:
             ++k;
         return k;
     }
+    /// Voce's part of H.
+    [[nodiscard]] double saturating(double plastic_strain) const {
+        return saturation_ > 0.0 ? -saturation_ * std::expm1(-plastic_strain / saturation_strain_) : 0.0;
+    }
     [[nodiscard]] Increment plastic_increment(double q, double plastic_strain) const {
         for (std::size_t k = piece_of(plastic_strain);; ++k) {
             const Piece& piece = pieces_[k];
+            if (saturation_ > 0.0) {
+                const Increment step = saturating_increment(q, plastic_strain, piece);
+                if (!(plastic_strain + step.increment > piece.end))
+                    return step;
+                continue;
+            }
             const double increment =
                 (q - piece.value - piece.slope * plastic_strain) / (3.0 * elasticity_.shear_modulus + piece.slope);
             if (!(plastic_strain + increment > piece.end)) // what is no number ends here, too, and is found out by whoever steps
@@ -95,9 +110,29 @@ private:
         }
     }
 
+    /// With the straight part `piece` and Voce's. Newton's method from nothing on, below yield from where the straight part ends.
+    [[nodiscard]] Increment saturating_increment(double q, double plastic_strain, const Piece& piece) const {
+        const double stiffness = 3.0 * elasticity_.shear_modulus + piece.slope;
+        double increment = 0.0, slope = 0.0;
+        for (int iteration = 0; iteration < 100; ++iteration) {
+            const double p = plastic_strain + increment;
+            slope = saturation_ / saturation_strain_ * std::exp(-p / saturation_strain_);
+            const double excess = q - piece.value - piece.slope * plastic_strain - stiffness * increment - saturating(p);
+            const double change = excess / (stiffness + slope);
+            increment += change;
+            if (!(std::abs(change) > 1e-15 * (std::abs(increment) + q / stiffness)))
+                break;
+        }
+        return {increment, piece.slope + slope};
+    }
+
     IsotropicElasticity elasticity_;
-    std::array<Piece, 3> pieces_;
+    double saturation_, saturation_strain_;
+    std::vector<Piece> pieces_;
 };
+
+/// The same at finite strain, for particles: multiplicative flow (finite_strain.hpp).
+[[nodiscard]] Law hencky_von_mises_law(const IsotropicElasticity& elasticity, const Hardening& hardening);
 
 /// As both carriers use it; on cells with the given relaxation time, see duvaut_lions.hpp, in natural units if the rest is.
 [[nodiscard]] Law von_mises_law(const IsotropicElasticity& elasticity, const Hardening& hardening, double relaxation_time = 1e-3);

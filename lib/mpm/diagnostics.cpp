@@ -30,6 +30,24 @@ SymmetricTensor mean_stress(const Particles& particles) {
     return volume > 0.0 ? 1.0 / volume * sum : SymmetricTensor{};
 }
 
+namespace {
+
+/// By the laws' own functions.
+double stored_energy(const Scene& scene, const Particles& particles) {
+    double sum = 0.0;
+    for (std::size_t p = 0; p < particles.size(); ++p) {
+        const Law& law = scene.materials[static_cast<std::size_t>(particles.material[p])].law;
+        double internal[most_variables];
+        for (std::size_t k = 0; k < law->variables().size(); ++k)
+            internal[k] = particles.internal[k][p];
+        sum += particles.mass[p] / particles.density[p] *
+               law->stored_energy(stress_of(particles, p), {internal, law->variables().size()});
+    }
+    return sum;
+}
+
+} // namespace
+
 Energies energies_of(const Scene& scene, const Particles& particles) {
     Energies sum;
     for (std::size_t p = 0; p < particles.size(); ++p) {
@@ -41,6 +59,8 @@ Energies energies_of(const Scene& scene, const Particles& particles) {
         sum.strain += 0.5 * mass / particles.density[p] * contraction(stress, strain);
         sum.internal += mass * particles.energy[p];
     }
+    if (has_finite_strain(scene))
+        sum.strain = stored_energy(scene, particles);
     return sum;
 }
 

@@ -8,7 +8,7 @@ namespace ductile::mpm {
 /// Energies of all particles [J, a metre of thickness or a radian].
 struct Energies {
     double kinetic = 0.0;  ///< sum of m v^2/2
-    double strain = 0.0;   ///< elastic: sum of V sigma : C^-1 : sigma/2
+    double strain = 0.0;   ///< elastic, by the law: of one in rate form sum of V sigma : C^-1 : sigma/2
     double internal = 0.0; ///< sum of m e with (2.2.16): elastic and plastic work
 };
 

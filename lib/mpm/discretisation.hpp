@@ -26,7 +26,7 @@ struct NodalMotion {
 struct ParticleEnergies {
     double of_increments = 0.0; ///< sum of m |dv|^2/2, dv the change of a particle's velocity
     /// sum of V (sigma_f - (sigma' + sigma^L)/2) : (strain increment): what the stress sigma_f = (1 - mu) sigma^k + mu sigma^L
-    /// that the nodes feel does beyond what (2.2.16) counts, sigma' the turned stress of the beginning
+    /// that the nodes feel does beyond what (2.2.16) counts, sigma' the turned stress of the beginning; see moves()
     double of_lag = 0.0;
     double dissipated = 0.0; ///< sum of V (sigma' + sigma^L)/2 : (plastic strain increment)
 
@@ -72,11 +72,16 @@ public:
     virtual void prepare(Particles& particles, std::span<const RigidBody> rigid_bodies, double time = 0.0, double dt = 0.0) = 0;
     [[nodiscard]] virtual const ActiveNodes& nodes() const = 0;
 
+    /// Whether some forces of a step act on another configuration than that of its beginning: those of laws at finite strain,
+    /// which act where the step ends, and those of the midpoint rule (point_update.hpp). ParticleEnergies::of_lag is -sum m de
+    /// then, and lacks the work of the forces, -dt f . w.
+    [[nodiscard]] virtual bool moves() const = 0;
+
     /// f_i = -sum V_p grad N_i sigma_p, (2.2.9)-(2.2.10) with the particles' present stress and the volumes of prepare();
     /// in axisymmetry the x component gets -sum V_p N_i sigma_zz/r besides.
     /// `magnitudes`, unless empty, takes the sums of the magnitudes of the particles' forces, which do not cancel at a node.
     virtual void internal_force(const Particles& particles, std::span<double> force, std::span<double> magnitudes = {}) const = 0;
-    /// The same with the stress that a step of dt with this velocity would give, (2.4.7).
+    /// The same with the stress that a step of dt with this velocity would give, (2.4.7), where that acts.
     virtual void force_after(const Particles& particles, std::span<const double> velocity, double dt, std::span<double> force,
                              std::span<double> magnitudes = {}) const = 0;
     /// b_i of (2.2.8): the scene's body force at the given time, mapped to the nodes.
@@ -105,7 +110,8 @@ public:
     [[nodiscard]] virtual std::size_t memory_bytes() const = 0;
 };
 
-/// The discretisation with the scene's shape functions and geometry.
-[[nodiscard]] std::unique_ptr<Discretisation> make_discretisation(const Scene& scene);
+/// The discretisation with the scene's shape functions and geometry. `midpoint`: the steps are those of the midpoint rule; if the
+/// scene has finite rotation, their forces act on the configuration in the middle.
+[[nodiscard]] std::unique_ptr<Discretisation> make_discretisation(const Scene& scene, bool midpoint = false);
 
 } // namespace ductile::mpm

@@ -47,6 +47,8 @@ StepEnergies ExplicitStep::advance(State& state, double dt, double end) {
 
     StepEnergies energies{
         .dissipated = sums.dissipated, .of_method = sums.of_lag - sums.of_increments, .of_change = sums.of_increments};
+    for (std::size_t c = 0; d.moves() && c < size; ++c)
+        energies.of_method -= dt * (force_[c] - (scene_.body_force ? external_[c] : 0.0)) * straining[c];
     for (std::size_t c = 0; c < size; ++c)
         energies.of_method += (straining[c] - nodes.velocity[c]) * nodes.mass[c / 2] * increment_[c];
     for (std::size_t c = 0; scene_.body_force && c < size; ++c)

@@ -14,7 +14,9 @@ namespace ductile::mpm {
 
 template <class Shape, Geometry geometry> class Kernels final : public Discretisation {
 public:
-    explicit Kernels(const Scene& scene) : scene_(scene), transfer_(scene.grid) {}
+    Kernels(const Scene& scene, bool midpoint)
+        : scene_(scene), midpoint_(midpoint && scene.finite_rotation), moves_(midpoint_ || has_finite_strain(scene)),
+          transfer_(scene.grid) {}
 
     void prepare(Particles& particles, std::span<const RigidBody> rigid_bodies, double time, double dt) override {
         check_internal(scene_, particles);
@@ -32,6 +34,7 @@ public:
     }
 
     [[nodiscard]] const ActiveNodes& nodes() const override { return transfer_.nodes(); }
+    [[nodiscard]] bool moves() const override { return moves_; }
 
     void internal_force(const Particles& particles, std::span<double> force, std::span<double> magnitudes) const override {
         std::fill(force.begin(), force.end(), 0.0);
@@ -55,20 +58,30 @@ public:
                      std::span<double> magnitudes) const override {
         std::fill(force.begin(), force.end(), 0.0);
         std::fill(magnitudes.begin(), magnitudes.end(), 0.0);
-        visit_runs([&]<bool rotate>(const Run& run, const Law& law, std::bool_constant<rotate>) {
+        visit_runs([&]<Kinematics kinematics>(const Run& run, const Law& law, Constant<kinematics>) {
             const Local v = gather(run, velocity);
             Local sum{}, magnitude{};
             for_each_batch(run, [&](std::size_t first, std::size_t count) {
                 Batch b;
-                strain<rotate>(law, particles, first, count, v, dt, b);
                 double unused[most_variables][batch];
                 double* internal_end[most_variables];
                 for (std::size_t k = 0; k < most_variables; ++k)
                     internal_end[k] = unused[k];
-                correct(law, particles, first, count, dt, b, internal_end);
+                if constexpr (kinematics == Kinematics::moved) {
+                    StepWork work[batch];
+                    move(law, particles, first, count, v, dt, where_forces_act(dt), b, internal_end, work);
+                } else {
+                    strain<kinematics>(law, particles, first, count, v, dt, b);
+                    correct(law, particles, first, count, dt, b, internal_end);
+                }
                 for (std::size_t i = 0; i < count; ++i) {
                     const Weights n = at(first + i);
-                    const SymmetricTensor stress = volume_[first + i] * b.stress[i];
+                    const auto stress = [&] {
+                        if constexpr (kinematics == Kinematics::moved)
+                            return volume_[first + i] * piola(b.stress[i], b.f[i]);
+                        else
+                            return volume_[first + i] * b.stress[i];
+                    }();
                     subtract_force(sum, n, stress);
                     if (!magnitudes.empty())
                         add_magnitude(magnitude, n, stress);
@@ -109,21 +122,29 @@ public:
     }
 
     void linearise(const Particles& particles, std::span<const double> velocity, double dt) override {
-        tangent_.resize(particles.size());
-        visit_runs([&]<bool rotate>(const Run& run, const Law& law, std::bool_constant<rotate>) {
+        if (moves_)
+            moved_tangent_.resize(particles.size());
+        else
+            tangent_.resize(particles.size());
+        visit_runs([&]<Kinematics kinematics>(const Run& run, const Law& law, Constant<kinematics>) {
             const Local v = gather(run, velocity);
             for_each_batch(run, [&](std::size_t first, std::size_t count) {
-                Batch b;
-                strain<rotate>(law, particles, first, count, v, dt, b);
-                Tangent tangent[batch];
-                law->tangent(count, b.stress, internal_of(particles, first).row, dt, tangent);
-                for (std::size_t i = 0; i < count; ++i) {
-                    PointTangent t = differentiate_point<geometry, rotate>(tangent[i], b.start[i],
-                                                                           law->elasticity().shear_modulus, b.l[i], dt);
-                    for (auto& row : t.entry)
-                        for (double& entry : row)
-                            entry *= dt * volume_[first + i];
-                    tangent_[first + i] = t;
+                if constexpr (kinematics == Kinematics::moved) {
+                    differentiate_moved(law, particles, first, count, v, dt);
+                } else {
+                    Batch b;
+                    strain<kinematics>(law, particles, first, count, v, dt, b);
+                    Tangent tangent[batch];
+                    law->tangent(count, b.stress, internal_of(particles, first).row, dt, tangent);
+                    for (std::size_t i = 0; i < count; ++i) {
+                        PointTangent t = differentiate_point<geometry, kinematics == Kinematics::turning>(
+                            tangent[i], b.start[i], law->elasticity().shear_modulus, b.l[i], dt);
+                        scale(t, dt * volume_[first + i]);
+                        if (moves_)
+                            moved_tangent_[first + i] = as_moved(t);
+                        else
+                            tangent_[first + i] = t;
+                    }
                 }
             });
         });
@@ -131,38 +152,43 @@ public:
 
     void stiffness_times(std::span<const double> x, std::span<double> result) const override {
         std::fill(result.begin(), result.end(), 0.0);
-        transfer_.for_each_run([&](const Run& run) {
-            const Local local = gather(run, x);
-            Local sum{};
-            for (std::size_t p = begin(run); p < end(run); ++p) {
-                const Weights n = at(p);
-                const SymmetricTensor stress = product(tangent_[p], gradient(local, n));
-                subtract_force(sum, n, {-stress.xx, -stress.yy, -stress.zz, -stress.xy});
-            }
-            scatter(run, sum, result);
+        with_tangents([&](const auto& tangents) {
+            transfer_.for_each_run([&](const Run& run) {
+                const Local local = gather(run, x);
+                Local sum{};
+                for (std::size_t p = begin(run); p < end(run); ++p) {
+                    const Weights n = at(p);
+                    subtract_force(sum, n, minus(product(tangents[p], gradient(local, n))));
+                }
+                scatter(run, sum, result);
+            });
         });
     }
 
     void stiffness_diagonal(std::span<double> diagonal) const override {
         std::fill(diagonal.begin(), diagonal.end(), 0.0);
-        transfer_.for_each_run([&](const Run& run) {
-            for_each_node_pair(run, [&](int k, int l, const double(&block)[2][2]) {
-                if (run.node[k] == run.node[l])
-                    for (int c = 0; c < 2; ++c)
-                        diagonal[2 * run.node[k] + c] += block[c][c];
+        with_tangents([&](const auto& tangents) {
+            transfer_.for_each_run([&](const Run& run) {
+                for_each_node_pair(tangents, run, [&](int k, int l, const double(&block)[2][2]) {
+                    if (run.node[k] == run.node[l])
+                        for (int c = 0; c < 2; ++c)
+                            diagonal[2 * run.node[k] + c] += block[c][c];
+                });
             });
         });
     }
 
     void stiffness_blocks(const AddBlock& add) const override {
-        transfer_.for_each_run([&](const Run& run) {
-            double matrix[2 * seen][2 * seen];
-            for_each_node_pair(run, [&](int k, int l, const double(&block)[2][2]) {
-                for (int a = 0; a < 2; ++a)
-                    for (int b = 0; b < 2; ++b)
-                        matrix[2 * k + a][2 * l + b] = block[a][b];
+        with_tangents([&](const auto& tangents) {
+            transfer_.for_each_run([&](const Run& run) {
+                double matrix[2 * seen][2 * seen];
+                for_each_node_pair(tangents, run, [&](int k, int l, const double(&block)[2][2]) {
+                    for (int a = 0; a < 2; ++a)
+                        for (int b = 0; b < 2; ++b)
+                            matrix[2 * k + a][2 * l + b] = block[a][b];
+                });
+                add(run.node, {&matrix[0][0], 4 * seen * seen});
             });
-            add(run.node, {&matrix[0][0], 4 * seen * seen});
         });
     }
 
@@ -209,25 +235,38 @@ public:
 
     ParticleEnergies advance(Particles& particles, const NodalMotion& m) override {
         energies_.assign(transfer_.run_count(), {});
-        visit_runs([&]<bool rotate>(const Run& run, const Law& law, std::bool_constant<rotate>) {
+        visit_runs([&]<Kinematics kinematics>(const Run& run, const Law& law, Constant<kinematics>) {
             const Local strained = gather(run, m.straining), moved = gather(run, m.motion), change = gather(run, m.increment);
             const double heat_capacity = scene_.materials[static_cast<std::size_t>(run.material)].heat_capacity;
             ParticleEnergies& energies = energies_[transfer_.place_of(run)];
             for_each_batch(run, [&](std::size_t first, std::size_t count) {
                 Batch b;
-                strain<rotate>(law, particles, first, count, strained, m.dt, b);
+                StepWork work[batch];
                 double* internal_end[most_variables];
                 for (std::size_t k = 0; k < particles.internal.size(); ++k)
                     internal_end[k] = particles.internal[k].data() + first;
-                correct(law, particles, first, count, m.dt, b, internal_end);
+                if constexpr (kinematics == Kinematics::moved) {
+                    move(law, particles, first, count, strained, m.dt, m.dt, b, internal_end, work);
+                } else {
+                    strain<kinematics>(law, particles, first, count, strained, m.dt, b);
+                    correct(law, particles, first, count, m.dt, b, internal_end);
+                }
                 for (std::size_t i = 0; i < count; ++i) {
                     const std::size_t p = first + i;
-                    const SymmetricTensor twice_felt =
-                        2.0 * (1.0 - m.weight_at_end) * stress_of(particles, p) + 2.0 * m.weight_at_end * b.stress[i];
-                    const SymmetricTensor twice_mean = b.start[i] + b.stress[i];
-                    energies.of_lag += 0.5 * volume_[p] * contraction(twice_felt - twice_mean, b.strain[i]);
-                    energies.dissipated += update_energies(
-                        law, particles, p, b, i, plane_determinant(b.l[i], m.dt) * (1.0 + b.strain[i].zz), heat_capacity);
+                    if constexpr (kinematics == Kinematics::moved) {
+                        energies.of_lag -= volume_[p] * (work[i].stored + work[i].dissipated);
+                        energies.dissipated += volume_[p] * work[i].dissipated;
+                        update_energies(particles, p, work[i], determinant(b.f[i]), heat_capacity);
+                    } else {
+                        const SymmetricTensor twice_felt =
+                            2.0 * (1.0 - m.weight_at_end) * stress_of(particles, p) + 2.0 * m.weight_at_end * b.stress[i];
+                        const SymmetricTensor twice_mean = b.start[i] + b.stress[i];
+                        energies.of_lag += 0.5 * volume_[p] * contraction(twice_felt - twice_mean, b.strain[i]);
+                        if (moves_) // what the nodes feel is counted there
+                            energies.of_lag -= 0.5 * volume_[p] * contraction(twice_felt, b.strain[i]);
+                        energies.dissipated += update_energies(
+                            law, particles, p, b, i, plane_determinant(b.l[i], m.dt) * (1.0 + b.strain[i].zz), heat_capacity);
+                    }
                     particles.stress_xx[p] = b.stress[i].xx;
                     particles.stress_yy[p] = b.stress[i].yy;
                     particles.stress_zz[p] = b.stress[i].zz;
@@ -251,7 +290,8 @@ public:
 
     [[nodiscard]] std::size_t memory_bytes() const override {
         return transfer_.memory_bytes() + sizeof(double) * (volume_.capacity() + inverse_radius_.capacity()) +
-               sizeof(PointTangent) * tangent_.capacity() + sizeof(ParticleEnergies) * energies_.capacity();
+               sizeof(PointTangent) * tangent_.capacity() + sizeof(MovedTangent) * moved_tangent_.capacity() +
+               sizeof(ParticleEnergies) * energies_.capacity();
     }
 
 private:
@@ -259,6 +299,11 @@ private:
     static constexpr int support = Shape::support, seen = support * support;
     using Run = typename Transfer<Shape>::Run;
     using PointTangent = GradientTangent<geometry>;
+    using MovedTangent = PiolaTangent<geometry>;
+
+    /// How a law and a scene see a step: strain alone; with Jaumann's turn; or the configuration that forces act on, too.
+    enum class Kinematics { strained, turning, moved };
+    template <Kinematics kinematics> using Constant = std::integral_constant<Kinematics, kinematics>;
 
     struct Vector {
         double x, y;
@@ -279,6 +324,7 @@ private:
     struct Batch {
         VelocityGradient l[batch];
         SymmetricTensor start[batch], strain[batch], stress[batch];
+        Deformation f[batch]; ///< of a moved configuration
     };
 
     static std::size_t begin(const Run& run) { return static_cast<std::size_t>(run.begin); }
@@ -291,11 +337,14 @@ private:
                 while (last < runs.size() && runs[last].material == runs[first].material)
                     ++last;
                 const Law& law = scene_.materials[static_cast<std::size_t>(runs[first].material)].law;
+                const bool moved = midpoint_ || law->finite_strain();
                 for (const Run& run : runs.subspan(first, last - first))
-                    if (scene_.finite_rotation)
-                        kernel(run, law, std::true_type{});
+                    if (moved)
+                        kernel(run, law, Constant<Kinematics::moved>{});
+                    else if (scene_.finite_rotation)
+                        kernel(run, law, Constant<Kinematics::turning>{});
                     else
-                        kernel(run, law, std::false_type{});
+                        kernel(run, law, Constant<Kinematics::strained>{});
             }
         });
     }
@@ -317,13 +366,13 @@ private:
     }
 
     /// The trial stress (2.2.21) of `count` particles in a step of dt seconds with the velocity v at the nodes.
-    template <bool rotate>
+    template <Kinematics kinematics>
     [[gnu::DUCTILE_ALWAYS_INLINE]] void strain(const Law& law, const Particles& particles, std::size_t first, std::size_t count,
                                                const Local& v, double dt, Batch& b) const {
         for (std::size_t i = 0; i < count; ++i) {
             b.l[i] = gradient(v, at(first + i));
             const SymmetricTensor old = stress_of(particles, first + i);
-            b.start[i] = rotate ? turned(old, spin(b.l[i], dt)) : old;
+            b.start[i] = kinematics == Kinematics::turning ? turned(old, spin(b.l[i], dt)) : old;
             b.strain[i] = strain_increment<geometry>(b.l[i], dt);
         }
         if constexpr (geometry == Geometry::plane_stress)
@@ -336,6 +385,94 @@ private:
                                                        std::size_t count, double dt, Batch& b, Arrays internal_end) {
         if (!law->linear())
             law->correct(count, b.stress, internal_of(particles, first).row, dt, b.stress, internal_end);
+    }
+
+    /// How far a step of dt seconds goes to where its forces act: all the way, or to its middle.
+    [[nodiscard]] double where_forces_act(double dt) const { return midpoint_ ? 0.5 * dt : dt; }
+
+    /// Stress, deformation and energies after the part h of a step of dt seconds with the velocity v. What is in rate form takes
+    /// strain and spin from the configuration in the middle of the step, h grad v f^-1, and its energies by the volume there; the
+    /// strain turns by half of that spin, as if it were all in the middle of h.
+    void move(const Law& law, const Particles& particles, std::size_t first, std::size_t count, const Local& v, double dt,
+              double h, Batch& b, Arrays internal_end, StepWork* work) const {
+        const InternalArrays internal = internal_of(particles, first);
+        if (const FiniteStrain* const finite = law->finite_strain()) {
+            for (std::size_t i = 0; i < count; ++i)
+                b.f[i] = deformation<geometry>(gradient(v, at(first + i)), h);
+            if constexpr (geometry == Geometry::plane_stress)
+                finite->release_thickness(count, b.f, internal.row, h);
+            finite->correct(count, b.f, internal.row, h, b.stress, internal_end, work);
+            return;
+        }
+        for (std::size_t i = 0; i < count; ++i) {
+            const VelocityGradient l = gradient(v, at(first + i));
+            const Deformation middle = deformation<geometry>(l, 0.5 * dt);
+            const Deformation there = over({l.xx, l.xy, l.yx, l.yy, l.hoop}, middle);
+            b.l[i] = {there.xx, there.xy, there.yx, there.yy, there.zz};
+            b.f[i] = deformation<geometry>(l, h);
+            b.start[i] = turned(stress_of(particles, first + i), spin(b.l[i], h));
+            b.strain[i] = turned(strain_increment<geometry>(b.l[i], h), 0.5 * spin(b.l[i], h));
+        }
+        if constexpr (geometry == Geometry::plane_stress) {
+            law->release_thickness(count, b.start, internal.row, h, b.strain);
+            for (std::size_t i = 0; i < count; ++i) // over a whole step strain = d(f)/((f + 1)/2)
+                b.f[i].zz = h < dt ? b.strain[i].zz : b.strain[i].zz / (1.0 - 0.5 * b.strain[i].zz);
+        }
+        for (std::size_t i = 0; i < count; ++i)
+            b.stress[i] = b.start[i] + elastic_stress(law->elasticity(), b.strain[i]);
+        correct(law, particles, first, count, h, b, internal_end);
+        for (std::size_t i = 0; i < count; ++i) {
+            const double volume = std::sqrt(determinant(b.f[i]));
+            const SymmetricTensor twice_mean = b.start[i] + b.stress[i];
+            const SymmetricTensor elastic = elastic_strain(law->elasticity(), b.stress[i] - b.start[i]);
+            work[i].dissipated = law->linear() ? 0.0 : 0.5 * volume * contraction(twice_mean, b.strain[i] - elastic);
+            work[i].stored = 0.5 * volume * contraction(twice_mean, b.strain[i]) - work[i].dissipated;
+        }
+    }
+
+    void differentiate_moved(const Law& law, const Particles& particles, std::size_t first, std::size_t count, const Local& v,
+                             double dt) {
+        const double h = where_forces_act(dt);
+        const InternalArrays internal = internal_of(particles, first);
+        Batch b;
+        double unused[most_variables][batch];
+        double* internal_end[most_variables];
+        for (std::size_t k = 0; k < most_variables; ++k)
+            internal_end[k] = unused[k];
+        StepWork work[batch];
+        move(law, particles, first, count, v, dt, h, b, internal_end, work);
+        SpatialTangent tangent[batch];
+        if (const FiniteStrain* const finite = law->finite_strain()) {
+            finite->tangent(count, b.f, internal.row, h, tangent);
+        } else {
+            Tangent small[batch];
+            SymmetricTensor trial[batch];
+            for (std::size_t i = 0; i < count; ++i)
+                trial[i] = b.start[i] + elastic_stress(law->elasticity(), b.strain[i]);
+            law->tangent(count, trial, internal.row, h, small);
+            for (std::size_t i = 0; i < count; ++i)
+                tangent[i] = turned_tangent(small[i], b.start[i], b.strain[i], law->elasticity().shear_modulus, spin(b.l[i], h));
+        }
+        for (std::size_t i = 0; i < count; ++i) {
+            MovedTangent t = law->finite_strain() ? differentiate_piola<geometry, false>(tangent[i], b.stress[i], b.f[i])
+                                                  : differentiate_piola<geometry, true>(tangent[i], b.stress[i], b.f[i]);
+            scale(t, h * volume_[first + i]);
+            moved_tangent_[first + i] = t;
+        }
+    }
+
+    static void scale(auto& tangent, double factor) {
+        for (auto& row : tangent.entry)
+            for (double& entry : row)
+                entry *= factor;
+    }
+    static MovedTangent as_moved(const PointTangent& t) {
+        constexpr int row_of[5] = {0, 2, 2, 1, 3}; // xx, xy, yx, yy, hoop
+        MovedTangent moved;
+        for (int r = 0; r < MovedTangent::size; ++r)
+            for (int c = 0; c < MovedTangent::size; ++c)
+                moved.entry[r][c] = t.entry[row_of[r]][c];
+        return moved;
     }
 
     [[gnu::DUCTILE_ALWAYS_INLINE]] Weights at(std::size_t p) const {
@@ -394,13 +531,16 @@ private:
         return l;
     }
 
+    static double yx_of(const SymmetricTensor& stress) { return stress.xy; }
+    static double yx_of(const PiolaStress& stress) { return stress.yx; }
+
     /// sum -= grad N : stress, the stress multiplied by the volume
-    [[gnu::DUCTILE_ALWAYS_INLINE]] static void subtract_force(Local& sum, const Weights& n, const SymmetricTensor& stress) {
+    [[gnu::DUCTILE_ALWAYS_INLINE]] static void subtract_force(Local& sum, const Weights& n, const auto& stress) {
         for (int i = 0; i < support; ++i) {
             double xx = stress.xx * n.x.dw[i];
             if constexpr (axisymmetric)
                 xx += stress.zz * n.inverse_radius * n.x.w[i];
-            const double xy = stress.xy * n.x.w[i], yx = stress.xy * n.x.dw[i], yy = stress.yy * n.x.w[i];
+            const double xy = stress.xy * n.x.w[i], yx = yx_of(stress) * n.x.dw[i], yy = stress.yy * n.x.w[i];
             for (int j = 0; j < support; ++j) {
                 sum.x[j * support + i] -= xx * n.y.w[j] + xy * n.y.dw[j];
                 sum.y[j * support + i] -= yx * n.y.w[j] + yy * n.y.dw[j];
@@ -409,12 +549,12 @@ private:
     }
 
     /// sum += |grad N : stress|, by components
-    [[gnu::DUCTILE_ALWAYS_INLINE]] static void add_magnitude(Local& sum, const Weights& n, const SymmetricTensor& stress) {
+    [[gnu::DUCTILE_ALWAYS_INLINE]] static void add_magnitude(Local& sum, const Weights& n, const auto& stress) {
         for (int i = 0; i < support; ++i) {
             double xx = stress.xx * n.x.dw[i];
             if constexpr (axisymmetric)
                 xx += stress.zz * n.inverse_radius * n.x.w[i];
-            const double xy = stress.xy * n.x.w[i], yx = stress.xy * n.x.dw[i], yy = stress.yy * n.x.w[i];
+            const double xy = stress.xy * n.x.w[i], yx = yx_of(stress) * n.x.dw[i], yy = stress.yy * n.x.w[i];
             for (int j = 0; j < support; ++j) {
                 sum.x[j * support + i] += std::abs(xx * n.y.w[j] + xy * n.y.dw[j]);
                 sum.y[j * support + i] += std::abs(yx * n.y.w[j] + yy * n.y.dw[j]);
@@ -439,10 +579,28 @@ private:
         }
         return {row[0], row[1], row[3], row[2]};
     }
+    [[gnu::DUCTILE_ALWAYS_INLINE]] static PiolaStress product(const MovedTangent& t, const VelocityGradient& l) {
+        double row[5] = {};
+        for (int r = 0; r < MovedTangent::size; ++r) {
+            row[r] = t.entry[r][0] * l.xx + t.entry[r][1] * l.xy + t.entry[r][2] * l.yx + t.entry[r][3] * l.yy;
+            if constexpr (axisymmetric)
+                row[r] += t.entry[r][4] * l.hoop;
+        }
+        return {row[0], row[1], row[2], row[3], row[4]};
+    }
+    static SymmetricTensor minus(const SymmetricTensor& a) { return {-a.xx, -a.yy, -a.zz, -a.xy}; }
+    static PiolaStress minus(const PiolaStress& a) { return {-a.xx, -a.xy, -a.yx, -a.yy, -a.zz}; }
+    /// Calls `visit(tangents)` with those of linearise().
+    void with_tangents(const auto& visit) const {
+        if (moves_)
+            visit(moved_tangent_);
+        else
+            visit(tangent_);
+    }
 
     /// Calls `visit(k, l, block)` with the 2 x 2 block of dt K that couples the nodes k and l of the run, summed over its
     /// particles.
-    void for_each_node_pair(const Run& run, const auto& visit) const {
+    void for_each_node_pair(const auto& tangents, const Run& run, const auto& visit) const {
         for (int l = 0; l < seen; ++l) {
             double block[seen][2][2] = {};
             for (std::size_t p = begin(run); p < end(run); ++p) {
@@ -453,9 +611,8 @@ private:
                     const VelocityGradient unit =
                         b == 0 ? VelocityGradient{slope_x, slope_y, 0.0, 0.0, n.value(l) * n.inverse_radius}
                                : VelocityGradient{0.0, 0.0, slope_x, slope_y, 0.0};
-                    const SymmetricTensor stress = product(tangent_[p], unit);
                     Local sum{};
-                    subtract_force(sum, n, {-stress.xx, -stress.yy, -stress.zz, -stress.xy});
+                    subtract_force(sum, n, minus(product(tangents[p], unit)));
                     for (int k = 0; k < seen; ++k) {
                         block[k][0][b] += sum.x[k];
                         block[k][1][b] += sum.y[k];
@@ -472,11 +629,16 @@ private:
             return 0.0;
         if constexpr (axisymmetric)
             return dt * l.hoop;
+        const Law& law = scene_.materials[static_cast<std::size_t>(particles.material[p])].law;
+        if (const FiniteStrain* const finite = law->finite_strain()) {
+            Deformation f = deformation<geometry>(l, dt);
+            finite->release_thickness(1, &f, internal_of(particles, p).row, dt);
+            return f.zz;
+        }
         const SymmetricTensor old = stress_of(particles, p);
         const SymmetricTensor start = scene_.finite_rotation ? turned(old, spin(l, dt)) : old;
         SymmetricTensor strain = strain_increment<geometry>(l, dt);
-        scene_.materials[static_cast<std::size_t>(particles.material[p])].law->release_thickness(
-            1, &start, internal_of(particles, p).row, dt, &strain);
+        law->release_thickness(1, &start, internal_of(particles, p).row, dt, &strain);
         return strain.zz;
     }
 
@@ -496,27 +658,40 @@ private:
         return 0.5 * volume_[p] * contraction(twice_mean, plastic);
     }
 
+    /// The same on a moved configuration.
+    static void update_energies(Particles& particles, std::size_t p, const StepWork& work, double determinant,
+                                double heat_capacity) {
+        const double density = particles.density[p];
+        particles.energy[p] += (work.stored + work.dissipated) / density;
+        particles.density[p] = density / determinant;
+        if (heat_capacity > 0.0)
+            particles.temperature[p] += work.dissipated / (density * heat_capacity);
+    }
+
     Scene scene_;
+    bool midpoint_; ///< forces act on the configuration in the middle of the step, whatever the law
+    bool moves_;    ///< some forces act on a moved configuration
     Transfer<Shape> transfer_;
     aligned_vector<double> volume_, inverse_radius_;
-    aligned_vector<PointTangent> tangent_;   // times dt V
-    std::vector<ParticleEnergies> energies_; // of the runs in the last step
+    aligned_vector<PointTangent> tangent_;       // times dt V
+    aligned_vector<MovedTangent> moved_tangent_; // instead, where moves_
+    std::vector<ParticleEnergies> energies_;     // of the runs in the last step
 };
 
-template <class Shape> std::unique_ptr<Discretisation> make_kernels(const Scene& scene) {
+template <class Shape> std::unique_ptr<Discretisation> make_kernels(const Scene& scene, bool midpoint) {
     switch (scene.geometry) {
     case Geometry::plane_strain:
-        return std::make_unique<Kernels<Shape, Geometry::plane_strain>>(scene);
+        return std::make_unique<Kernels<Shape, Geometry::plane_strain>>(scene, midpoint);
     case Geometry::plane_stress:
-        return std::make_unique<Kernels<Shape, Geometry::plane_stress>>(scene);
+        return std::make_unique<Kernels<Shape, Geometry::plane_stress>>(scene, midpoint);
     case Geometry::axisymmetric:
         break;
     }
-    return std::make_unique<Kernels<Shape, Geometry::axisymmetric>>(scene);
+    return std::make_unique<Kernels<Shape, Geometry::axisymmetric>>(scene, midpoint);
 }
 
-extern template std::unique_ptr<Discretisation> make_kernels<Linear>(const Scene&);
-extern template std::unique_ptr<Discretisation> make_kernels<Gimp>(const Scene&);
-extern template std::unique_ptr<Discretisation> make_kernels<BSpline>(const Scene&);
+extern template std::unique_ptr<Discretisation> make_kernels<Linear>(const Scene&, bool);
+extern template std::unique_ptr<Discretisation> make_kernels<Gimp>(const Scene&, bool);
+extern template std::unique_ptr<Discretisation> make_kernels<BSpline>(const Scene&, bool);
 
 } // namespace ductile::mpm

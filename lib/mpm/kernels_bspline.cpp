@@ -3,6 +3,6 @@
 
 namespace ductile::mpm {
 
-template std::unique_ptr<Discretisation> make_kernels<BSpline>(const Scene&);
+template std::unique_ptr<Discretisation> make_kernels<BSpline>(const Scene&, bool);
 
 } // namespace ductile::mpm

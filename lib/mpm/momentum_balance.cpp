@@ -10,13 +10,15 @@
 namespace ductile::mpm {
 
 MomentumBalance::MomentumBalance(const Scene& scene, const ImplicitScheme& scheme)
-    : scene_(scene), scheme_(scheme), discretisation_(make_discretisation(scene)) {
+    : scene_(scene), scheme_(scheme), discretisation_(make_discretisation(scene, scheme.method == ImplicitMethod::midpoint)) {
     if (!(scheme.mu >= 0.0 && scheme.mu <= 1.0))
         throw InputError(fmt::format("mu = {}: the weight of the implicit force must lie between 0 and 1", scheme.mu));
     if (scheme.method == ImplicitMethod::quasi_static && momentum())
         throw InputError("the quasi-static method has no momentum: use it with the velocity form");
-    if (scheme.method == ImplicitMethod::midpoint)
-        scheme_.mu = kinematic_weight_ = 0.5;
+    if (scheme.method == ImplicitMethod::midpoint) {
+        kinematic_weight_ = 0.5;
+        scheme_.mu = scene.finite_rotation ? 1.0 : 0.5;
+    }
     if (scheme.method == ImplicitMethod::quasi_static)
         scheme_.mu = 1.0;
 }
@@ -34,7 +36,7 @@ void MomentumBalance::prepare(State& state, double dt) {
     for (std::size_t c = 0; c < size; ++c)
         guess_[c] = momentum() ? n.mass[c / 2] * n.velocity[c] : n.velocity[c];
     // known = dt [(1 - mu) f^k + b]
-    d.body_force(state.particles, state.time + scheme_.mu * dt, known_);
+    d.body_force(state.particles, state.time + (scheme_.method == ImplicitMethod::midpoint ? 0.5 : scheme_.mu) * dt, known_);
     if (scene_.body_force)
         body_force_.assign(known_.begin(), known_.end());
     known_magnitudes_.resize(size);
@@ -137,6 +139,10 @@ NodalMotion MomentumBalance::motion(std::span<const double> u) {
         increment_[c] = momentum() ? change_[c] / n.mass[c / 2] : change_[c];
         motion_[c] = n.velocity[c] + kinematic_weight_ * increment_[c];
     }
+    if (discretisation_->moves()) {
+        felt_.resize(size());
+        discretisation_->force_after(state_->particles, velocity_, dt_, felt_);
+    }
     return {motion_, velocity_, increment_, !inertia(), dt_, scheme_.mu};
 }
 
@@ -144,6 +150,10 @@ StepEnergies MomentumBalance::advance(const NodalMotion& motion, Particles& part
     const ParticleEnergies sums = discretisation_->advance(particles, motion);
     StepEnergies energies{.dissipated = sums.dissipated, .of_method = sums.of_lag};
     const ActiveNodes& n = nodes();
+    for (std::size_t c = 0; discretisation_->moves() && c < size(); ++c) {
+        const double body = scene_.body_force ? dt_ * body_force_[c] : 0.0;
+        energies.of_method -= (dt_ * scheme_.mu * felt_[c] + known_[c] - body) * motion.straining[c];
+    }
     if (inertia()) {
         energies.of_method -= sums.of_increments;
         energies.of_change = sums.of_increments;
@@ -156,7 +166,10 @@ StepEnergies MomentumBalance::advance(const NodalMotion& motion, Particles& part
 }
 
 void MomentumBalance::force_at_end(std::span<double> force) {
-    discretisation_->internal_force(state_->particles, force);
+    if (discretisation_->moves())
+        std::ranges::copy(felt_, force.begin());
+    else
+        discretisation_->internal_force(state_->particles, force);
     for (std::size_t c = 0; c < force.size(); ++c)
         force[c] = scheme_.mu * force[c] + known_[c] / dt_;
 }

@@ -11,8 +11,7 @@ namespace ductile::mpm {
 
 enum class ImplicitMethod {
     paper,       ///< (2.4.1) with weight mu on the force at the end; strain and motion from v^L
-    midpoint,    ///< force, strain and motion from the mean of beginning and end: keeps energy; second order at small strain
-                 ///< (weights and volumes are those of the beginning)
+    midpoint,    ///< force, strain and motion from the middle of the step: keeps energy; second order
     quasi_static ///< no inertia: the force at the end vanishes; a lone particle can leave motions of its nodes without resistance
 };
 
@@ -26,8 +25,10 @@ struct ImplicitScheme {
 ///
 /// Velocity form, unknown u = v^L, (2.4.12):
 ///   F(u) = M (u - v^k) - dt [(1 - mu) f^k + mu f(sigma(w)) + b],   w = v^k + kappa (u - v^k)
-/// with the stress sigma(w) that the velocity w strains the particles to. kappa = 1 but for the midpoint rule, which is
-/// mu = kappa = 1/2. Quasi-static: mu = kappa = 1 without the term M (u - v^k).
+/// with the stress sigma(w) that the velocity w strains the particles to. kappa = 1 but for the midpoint rule, kappa = 1/2, whose
+/// force f(sigma(w)) alone, mu = 1, is that of the middle: of the stress after half a step, on the configuration there
+/// (point_update.hpp). In a scene without finite rotation both ends share it, mu = 1/2. Quasi-static: mu = kappa = 1 without the
+/// term M (u - v^k).
 /// Momentum form, unknown u = P^L, (3.2.4):
 ///   F(u) = u - P^k - dt [...],   w = v^k + kappa M^-1 M_c M^-1 (u - P^k),
 /// where M_c is the consistent mass matrix: lumped M^-1 M_c M^-1 is what (3.2.6) and (3.2.7) make of a momentum.
@@ -69,7 +70,7 @@ public:
     /// Makes the step with the particles of prepare(); returns what passed in it.
     [[nodiscard]] StepEnergies advance(const NodalMotion& motion, Particles& particles);
 
-    /// (1 - mu) f^k + mu f^L + b with the stress of the particles that motion() has moved.
+    /// (1 - mu) f^k + mu f^L + b with the stress of the particles that advance() has moved.
     void force_at_end(std::span<double> force);
 
     [[nodiscard]] const Discretisation& discretisation() const { return *discretisation_; }
@@ -94,7 +95,7 @@ private:
     const State* state_ = nullptr;
     double dt_ = 0.0;
     double largest_wave_speed_ = 0.0;
-    aligned_vector<double> guess_, known_, change_, velocity_, work_, motion_, increment_, body_force_;
+    aligned_vector<double> guess_, known_, change_, velocity_, work_, motion_, increment_, body_force_, felt_;
     aligned_vector<double> magnitudes_, known_magnitudes_; // of internal forces; of dt [(1 - mu) f^k + b]
 };
 

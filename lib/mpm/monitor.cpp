@@ -100,7 +100,7 @@ std::string describe_error(const Ledger& e, bool inertia) {
         return fmt::format(
             "{}, {:.3g} J of it because the law in rate form (Jaumann's) has no energy that depends on the strain "
             "alone: stresses of bodies that turn or change their volume while they are loaded are as doubtful; keep "
-            "elastic strains small",
+            "elastic strains small, or take a law at finite strain",
             open, std::abs(of_law));
     if (e.of_method < 0.0)
         return fmt::format(
@@ -278,10 +278,12 @@ void Monitor::conclude(const Observation& seen, const Tally& tally, const Partic
                 moved));
     const double density = largest_change_of_density(start, seen.state.particles);
     const bool keeps_volume = density > 0.5 && density < 2.0;
-    if (!keeps_volume)
+    if (const bool small_changes = std::ranges::any_of(
+            scene_.materials, [](const Material& material) { return material.law->finite_strain() == nullptr; });
+        !keeps_volume && small_changes)
         warn(fmt::format(
             "the density of a particle has become {:.3g} times what it was: elastic laws of small changes of volume mean "
-            "nothing there; load it less, or stiffen the material",
+            "nothing there; load it less, stiffen the material, or take a law at finite strain",
             density));
     const PressureOscillation alternating = pressure_oscillation(scene_.grid, seen.state.particles);
     if (keeps_volume && alternating.pressure > 2.0 * alternating.equivalent &&

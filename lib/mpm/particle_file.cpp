@@ -52,6 +52,13 @@ void add_particles(Particles& particles, const Body& body, const std::filesystem
     const std::int64_t number = first == 0 ? 0 : *std::max_element(particles.body.begin(), particles.body.end()) + 1;
     const std::vector<double> internal = starts_of(body, scene);
     const auto variables = scene.materials[static_cast<std::size_t>(body.material)].law->variables();
+    if (scene.materials[static_cast<std::size_t>(body.material)].law->finite_strain())
+        for (const auto& [name, values] : columns)
+            if (name.starts_with("stress_") && std::ranges::any_of(values, [](double stress) { return stress != 0.0; }))
+                refuse(
+                    fmt::format("it has the stress '{}', and the law of its material, one at finite strain, begins undeformed: "
+                                "leave stresses out, or take a law in rate form",
+                                name));
     if (columns.contains("internal")) {
         if (internal.empty())
             refuse("it has internal variables, and the law of its material has none");

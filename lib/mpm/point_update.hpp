@@ -2,6 +2,7 @@
 #pragma once
 // Private: the kinematics of a material point; templates that the discretisations instantiate.
 #include <ductile/base/simd.hpp>
+#include <ductile/material/finite_strain.hpp>
 #include <ductile/material/symmetric_tensor.hpp>
 #include <ductile/mpm/grid.hpp>
 
@@ -92,6 +93,113 @@ GradientTangent<geometry> differentiate_point(Tangent d, const SymmetricTensor& 
         t.entry[r][3] = row[1];
         if constexpr (geometry == Geometry::axisymmetric)
             t.entry[r][4] = row[2];
+    }
+    return t;
+}
+
+// The forces of a step may act on the configuration that it moves to, or on that in its middle: x + h w with the step h and the
+// velocity w, deformed by f = 1 + h grad w from where the step began. There grad N is f^-T times what it was, and the volume det
+// f times: a stress sigma makes the force -V P grad N with the volume and gradients of the beginning and
+//   P = det(f) sigma f^-T,
+// Piola's stress. Its derivative by a change dl of h grad w, with dL = dl f^-1 and d(sigma) by the law, is
+//   dP = tr(dL) P + det(f) d(sigma) f^-T - P dl^T f^-T.
+
+/// The deformation of a step h by the velocity gradient l; plane stress adds its zz.
+template <Geometry geometry> [[gnu::DUCTILE_ALWAYS_INLINE]] inline Deformation deformation(const VelocityGradient& l, double h) {
+    return {h * l.xx, h * l.xy, h * l.yx, h * l.yy, geometry == Geometry::axisymmetric ? h * l.hoop : 0.0};
+}
+
+/// a f^-1
+[[gnu::DUCTILE_ALWAYS_INLINE]] inline Deformation over(const Deformation& a, const Deformation& f) {
+    const double fxx = 1.0 + f.xx, fyy = 1.0 + f.yy, inverse = 1.0 / (fxx * fyy - f.xy * f.yx);
+    return {inverse * (a.xx * fyy - a.xy * f.yx), inverse * (a.xy * fxx - a.xx * f.xy), inverse * (a.yx * fyy - a.yy * f.yx),
+            inverse * (a.yy * fxx - a.yx * f.xy), a.zz / (1.0 + f.zz)};
+}
+/// a f^-T
+[[gnu::DUCTILE_ALWAYS_INLINE]] inline Deformation over_transposed(const Deformation& a, const Deformation& f) {
+    return over(a, {f.xx, f.yx, f.xy, f.yy, f.zz});
+}
+
+[[gnu::DUCTILE_ALWAYS_INLINE]] inline double determinant(const Deformation& f) {
+    return ((1.0 + f.xx) * (1.0 + f.yy) - f.xy * f.yx) * (1.0 + f.zz);
+}
+
+/// A stress that need not be symmetric: xy is the force in x on an area across y.
+struct PiolaStress {
+    double xx = 0.0, xy = 0.0, yx = 0.0, yy = 0.0, zz = 0.0;
+
+    friend constexpr PiolaStress operator*(double c, const PiolaStress& a) {
+        return {c * a.xx, c * a.xy, c * a.yx, c * a.yy, c * a.zz};
+    }
+};
+
+[[gnu::DUCTILE_ALWAYS_INLINE]] inline PiolaStress piola(const SymmetricTensor& s, const Deformation& f) {
+    const double j = determinant(f);
+    const Deformation p = over_transposed({s.xx, s.xy, s.xy, s.yy, s.zz}, f);
+    return {j * p.xx, j * p.xy, j * p.yx, j * p.yy, j * p.zz};
+}
+
+/// dP by h grad w: rows and columns xx, xy, yx, yy (and hoop).
+template <Geometry geometry> struct PiolaTangent {
+    static constexpr int size = geometry == Geometry::axisymmetric ? 5 : 4;
+    double entry[size][size];
+};
+
+/// `t`: d(sigma) by dL; or, of a stress in rate form, by the change f^-1 dL of the strain and spin that the configuration in the
+/// middle sees, h grad w f^-1, with the strain out of the plane itself as f.zz in plane stress.
+template <Geometry geometry, bool rates>
+PiolaTangent<geometry> differentiate_piola(const SpatialTangent& t, const SymmetricTensor& s, const Deformation& f) {
+    const double j = determinant(f);
+    const PiolaStress p = piola(s, f);
+    const Deformation inverse = over({1.0, 0.0, 0.0, 1.0, 1.0}, f);
+    PiolaTangent<geometry> result;
+    for (int column = 0; column < PiolaTangent<geometry>::size; ++column) {
+        Deformation change{double(column == 0), double(column == 1), double(column == 2), double(column == 3),
+                           double(column == 4)};
+        Deformation l = over(change, f);
+        double volumetric = l.xx + l.yy + l.zz; // of dL, whatever the law sees
+        if constexpr (rates)
+            l = {inverse.xx * l.xx + inverse.xy * l.yx, inverse.xx * l.xy + inverse.xy * l.yy,
+                 inverse.yx * l.xx + inverse.yy * l.yx, inverse.yx * l.xy + inverse.yy * l.yy, inverse.zz * l.zz};
+        if constexpr (geometry == Geometry::plane_stress) { // sigma_zz = 0
+            const double* const z = t.entry[2];
+            l.zz = -(z[0] * l.xx + z[1] * l.xy + z[2] * l.yx + z[3] * l.yy) / z[4];
+            change.zz = rates ? l.zz : (1.0 + f.zz) * l.zz;
+            volumetric += change.zz / (1.0 + f.zz);
+        }
+        double d[4];
+        for (int r = 0; r < 4; ++r)
+            d[r] =
+                t.entry[r][0] * l.xx + t.entry[r][1] * l.xy + t.entry[r][2] * l.yx + t.entry[r][3] * l.yy + t.entry[r][4] * l.zz;
+        const Deformation of_stress = over_transposed({d[0], d[3], d[3], d[1], d[2]}, f);
+        const Deformation turned =
+            over_transposed({p.xx * change.xx + p.xy * change.xy, p.xx * change.yx + p.xy * change.yy,
+                             p.yx * change.xx + p.yy * change.xy, p.yx * change.yx + p.yy * change.yy, p.zz * change.zz},
+                            f);
+        const double rows[5] = {
+            volumetric * p.xx + j * of_stress.xx - turned.xx, volumetric * p.xy + j * of_stress.xy - turned.xy,
+            volumetric * p.yx + j * of_stress.yx - turned.yx, volumetric * p.yy + j * of_stress.yy - turned.yy,
+            volumetric * p.zz + j * of_stress.zz - turned.zz};
+        for (int r = 0; r < PiolaTangent<geometry>::size; ++r)
+            result.entry[r][column] = rows[r];
+    }
+    return result;
+}
+
+/// The derivative of a stress in rate form, which the law with the tangent d makes of the trial stress start + C : strain, by the
+/// gradient that strain and spin w are of: `start` is turned by w, `strain` by w/2. As in differentiate_point() the deviator that
+/// a turn makes of `start` acts like a strain.
+inline SpatialTangent turned_tangent(const Tangent& d, const SymmetricTensor& start, const SymmetricTensor& strain, double mu,
+                                     double w) {
+    const auto by_angle = [](const SymmetricTensor& a) { return SymmetricTensor{-2.0 * a.xy, 2.0 * a.xy, 0.0, a.xx - a.yy}; };
+    const SymmetricTensor by_spin =
+        0.5 / (1.0 + 0.0625 * w * w) * by_angle(strain) + 0.5 / (mu * (1.0 + 0.25 * w * w)) * by_angle(start);
+    SpatialTangent t;
+    for (int j = 0; j < 5; ++j) {
+        const double xx = j == 0, xy = j == 1, yx = j == 2, yy = j == 3, zz = j == 4;
+        const SymmetricTensor e = turned({xx, yy, zz, 0.5 * (xy + yx)}, 0.5 * w) + 0.5 * (yx - xy) * by_spin;
+        for (int r = 0; r < 4; ++r)
+            t.entry[r][j] = d.entry[r][0] * e.xx + d.entry[r][1] * e.yy + d.entry[r][2] * e.zz + 2.0 * d.entry[r][3] * e.xy;
     }
     return t;
 }

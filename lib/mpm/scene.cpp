@@ -14,6 +14,11 @@ bool is_linear(const Scene& scene) {
                                                  [](const Material& material) { return material.law->linear(); });
 }
 
+bool has_finite_strain(const Scene& scene) {
+    return std::ranges::any_of(scene.materials,
+                               [](const Material& material) { return material.law->finite_strain() != nullptr; });
+}
+
 namespace {
 
 /// The largest sqrt(modulus/density) of any particle.
@@ -156,6 +161,10 @@ void check(const Scene& scene, const Particles& particles, std::span<const Rigid
             throw InputError(fmt::format("material {} has the heat capacity {} J/(kg K): it must be zero (none) or positive, and "
                                          "finite",
                                          m, scene.materials[m].heat_capacity));
+    if (!scene.finite_rotation && has_finite_strain(scene))
+        throw InputError(
+            "a law of the scene is one at finite strain, and its rotation is to be small: leave finite-rotation true, "
+            "or take laws in rate form");
     check_internal(scene, particles);
     check_lengths(particles);
     std::vector<bool> known(particles.size());

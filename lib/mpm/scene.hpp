@@ -39,6 +39,9 @@ struct Scene {
 /// Whether the stress depends linearly on the velocity, for any state: one linear solve is an implicit step.
 [[nodiscard]] bool is_linear(const Scene& scene);
 
+/// Whether a law of the scene is one at finite strain.
+[[nodiscard]] bool has_finite_strain(const Scene& scene);
+
 /// The speed of the fastest elastic wave of any particle [m/s]: that of dilatation, sqrt((lambda + 2 mu)/rho), or, in plane
 /// stress, of a plate, sqrt(E/((1 - nu^2) rho)).
 [[nodiscard]] double fastest_wave(const Scene& scene, const Particles& particles);

@@ -24,7 +24,6 @@ io::OptionHelp optional(std::string meaning, std::string units = {}, io::Limits 
 }
 
 /// The value of a key, parsed from the TOML that stands for it.
-io::ConfigNode value_of(const std::string& toml) { return io::read_config("value = " + toml, "value").children.front(); }
 
 void declare_shape(io::Keys& keys, Shape& shape, io::OptionHelp help) {
     keys.toml(

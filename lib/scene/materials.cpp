@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <ductile/material/finite_strain.hpp>
 #include <ductile/material/linear_elastic.hpp>
 #include <ductile/material/units.hpp>
 #include <ductile/scene/materials.hpp>
+#include <ductile/scene/shape.hpp>
 
 #include <fmt/format.h>
 
@@ -40,6 +42,7 @@ void declare(io::Keys& keys, PerzynaParameters& perzyna, const std::string& grou
 void declare(io::Keys& keys, MaterialData& material) {
     keys.choice("law", material.law,
                 {{"linear-elastic", LawChoice::linear_elastic},
+                 {"neo-hookean", LawChoice::neo_hookean},
                  {"von-mises", LawChoice::von_mises},
                  {"drucker-prager", LawChoice::drucker_prager},
                  {"stz", LawChoice::stz},
@@ -62,8 +65,14 @@ void declare_parameters(io::Keys& keys, MaterialData& m, const std::string& grou
     keys.option("density", m.density, needed("density", "kg/m^3"));
     keys.option("heat-capacity", m.heat_capacity,
                 optional("heat capacity per mass, for the temperature rise; 0: none", "J/(kg K)", io::not_negative));
+    if (m.law == LawChoice::linear_elastic || m.law == LawChoice::von_mises)
+        keys.choice("elasticity", m.elasticity,
+                    {{"rate", ElasticityChoice::rate, "Jaumann's rate of the stress, the paper's: for small elastic strain"},
+                     {"hencky", ElasticityChoice::hencky, "logarithmic strain, with an energy: for strain of any size"}},
+                    optional("what elastic stress follows from"));
     switch (m.law) {
     case LawChoice::linear_elastic:
+    case LawChoice::neo_hookean:
         break;
     case LawChoice::von_mises:
         keys.option("yield-stress", m.yield_stress, needed("first yield in simple tension", "Pa"));
@@ -71,6 +80,24 @@ void declare_parameters(io::Keys& keys, MaterialData& m, const std::string& grou
         keys.option("limit-strain", m.hardening.limit_strain,
                     optional("plastic strain at which hardening ends", "", io::not_negative));
         keys.option("softening", m.hardening.softening, optional("softening modulus beyond that", "Pa", io::not_negative));
+        keys.option("saturation", m.hardening.saturation,
+                    optional("what Voce's hardening adds in the end: Q (1 - exp(-p/saturation-strain))", "Pa", io::not_negative));
+        keys.option("saturation-strain", m.hardening.saturation_strain, optional("the plastic strain in that"));
+        keys.toml(
+            "hardening-curve", optional("yield stress by plastic strain, from [0, yield-stress] on, instead of moduli", "1, Pa"),
+            "[[plastic strain, stress], ...]",
+            [&m] {
+                std::string rows;
+                for (const auto& [strain, stress] : m.hardening.curve)
+                    rows += (rows.empty() ? "" : ", ") + io::toml_array({strain, stress});
+                return fmt::format("[{}]", rows);
+            },
+            [&m](const std::string& toml) {
+                m.hardening.curve.clear();
+                if (const io::ConfigNode rows = value_of(toml); !rows.is_array() || !rows.children.empty())
+                    for (const std::vector<double>& row : read_rows(rows, {2}))
+                        m.hardening.curve.push_back({row[0], row[1]});
+            });
         break;
     case LawChoice::drucker_prager:
         keys.option("cohesion", m.cone.cohesion, needed("equivalent stress at yield without mean stress", "Pa"));
@@ -98,8 +125,13 @@ Law make_law(const MaterialData& m) {
     };
     switch (m.law) {
     case LawChoice::linear_elastic:
-        return linear_elastic_law(elasticity);
+        return m.elasticity == ElasticityChoice::hencky ? make_finite_law(Hencky(LinearElastic(elasticity)))
+                                                        : linear_elastic_law(elasticity);
+    case LawChoice::neo_hookean:
+        return make_finite_law(NeoHookean(elasticity));
     case LawChoice::von_mises:
+        if (m.elasticity == ElasticityChoice::hencky)
+            return hencky_von_mises_law(elasticity, with_yield(m.hardening));
         return von_mises_law(elasticity, with_yield(m.hardening));
     case LawChoice::drucker_prager:
         return drucker_prager_law(elasticity, m.cone);

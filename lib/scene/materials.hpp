@@ -12,15 +12,18 @@
 
 namespace ductile {
 
-enum class LawChoice { linear_elastic, von_mises, drucker_prager, stz, perzyna };
+enum class LawChoice { linear_elastic, neo_hookean, von_mises, drucker_prager, stz, perzyna };
+/// What elastic stress follows from: Jaumann's rate, or the logarithmic strain (finite_strain.hpp).
+enum class ElasticityChoice { rate, hencky };
 
 /// A material of points as plain data, in SI. Each law has parameters of its own besides what all have.
 struct MaterialData {
     std::string name = "material";
     LawChoice law = LawChoice::linear_elastic;
     double young_modulus = 0.0, poisson_ratio = 0.0, density = 0.0;
-    double heat_capacity = 0.0; ///< per mass; 0: the temperature stays
-    double yield_stress = 0.0;  ///< of von Mises, STZ and Perzyna
+    double heat_capacity = 0.0;                           ///< per mass; 0: the temperature stays
+    ElasticityChoice elasticity = ElasticityChoice::rate; ///< of linear elasticity and von Mises
+    double yield_stress = 0.0;                            ///< of von Mises, STZ and Perzyna
     Hardening hardening = {};
     DruckerPragerParameters cone = {};
     StzParameters stz = {};

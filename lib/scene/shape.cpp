@@ -104,6 +104,8 @@ std::vector<double> read_numbers(const io::ConfigNode& array, std::size_t count)
     return numbers;
 }
 
+io::ConfigNode value_of(const std::string& toml) { return io::read_config("value = " + toml, "value").children.front(); }
+
 std::vector<std::vector<double>> read_rows(const io::ConfigNode& array, const std::vector<std::size_t>& widths) {
     std::vector<std::vector<double>> rows;
     for (const io::ConfigNode& row : array.children) {

@@ -54,6 +54,8 @@ private:
 /// InputError that says what is wrong and allowed.
 [[nodiscard]] Shape read_shape(const io::ConfigNode& table);
 
+/// What a key of a file would have with this text as its value.
+[[nodiscard]] io::ConfigNode value_of(const std::string& toml);
 /// Rows of numbers, each as long as one of `widths` says, e.g. [[0, 1], [2, 3]] for {2}. Throws InputError for anything else, and
 /// for numbers that are not finite.
 [[nodiscard]] std::vector<std::vector<double>> read_rows(const io::ConfigNode& array, const std::vector<std::size_t>& widths);
