@@ -3,6 +3,9 @@
 #include "messages.hpp"
 #include "mpm_scenes.hpp"
 
+#include <ductile/mpm/momentum_balance.hpp>
+#include <ductile/mpm/point_update.hpp>
+
 #include <ductile/base/memory.hpp>
 #include <ductile/material/linear_elastic.hpp>
 #include <ductile/mpm/explicit_step.hpp>
@@ -387,6 +390,79 @@ TEST_CASE("forces have no moment about the configuration that they act on: where
                     }
                     CHECK(std::abs(moment) < 1e-14 * size);
                 }
+}
+
+TEST_CASE("the midpoint rule turns a body by any angle in a step without stress or force") {
+    for (const char* law : {"elastic", "neo-Hookean", "Hencky von Mises"}) {
+        CAPTURE(law);
+        Block b = block(ShapeFunction::linear, Geometry::plane_strain, law);
+        const auto d = make_discretisation(b.scene, true);
+        d->prepare(b.state.particles, {});
+        std::vector<double> v(d->nodes().components()), f(v.size()), none(v.size());
+        const double dt = 0.1, c = (std::cos(0.5) - 1.0) / dt, s = std::sin(0.5) / dt;
+        for (std::size_t k = 0; k < d->nodes().count(); ++k) {
+            const double x = 0.1 * (d->nodes().lattice[k] % d->nodes().lattice_width) - 0.4,
+                         y = 0.1 * (d->nodes().lattice[k] / d->nodes().lattice_width) - 0.4;
+            v[2 * k] = c * x - s * y;
+            v[2 * k + 1] = s * x + c * y;
+        }
+        d->force_after(b.state.particles, v, dt, f);
+        CHECK(*std::ranges::max_element(f, {}, [](double x) { return std::abs(x); }) < 1e-10); // E h = 100 N/m
+        d->advance(b.state.particles, {v, v, none, false, dt, 1.0});
+        CHECK(largest_stress(b.state.particles) < 1e-10);
+    }
+}
+
+TEST_CASE("an affine velocity goes to the nodes and back as it is, up to the sides of the grid, with all shape functions") {
+    const double c[4] = {0.3, -0.8, 0.5, -0.2};
+    for (const ShapeFunction shape : all_shapes) {
+        CAPTURE(static_cast<int>(shape));
+        Block b = block(shape);
+        b.scene.affine = true;
+        Particles& p = b.state.particles;
+        p = {};
+        add_body(p, {.shape = rectangle(0.0, 0.0, 0.6, 0.8), .density = 10.0}, b.scene);
+        shake(p, 0.02);
+        for (std::size_t i = 0; i < p.size(); ++i) {
+            p.velocity_x[i] = 1.0 + c[0] * p.x[i] + c[1] * p.y[i];
+            p.velocity_y[i] = 2.0 + c[2] * p.x[i] + c[3] * p.y[i];
+            for (std::size_t k = 0; k < 4; ++k)
+                p.affine[k][i] = c[k];
+        }
+        const Particles start = p;
+        const auto d = make_discretisation(b.scene);
+        d->prepare(p, {});
+        const auto place = [&](int k) { // Greville's points of B-splines
+            return shape != ShapeFunction::bspline ? 0.1 * k : k == 0 ? 0.0 : k == 9 ? 0.8 : 0.1 * k - 0.05;
+        };
+        for (std::size_t n = 0; n < d->nodes().count(); ++n) {
+            const double x = place(d->nodes().lattice[n] % d->nodes().lattice_width),
+                         y = place(d->nodes().lattice[n] / d->nodes().lattice_width);
+            CHECK(d->nodes().velocity[2 * n] == doctest::Approx(1.0 + c[0] * x + c[1] * y).epsilon(1e-12));
+            CHECK(d->nodes().velocity[2 * n + 1] == doctest::Approx(2.0 + c[2] * x + c[3] * y).epsilon(1e-12));
+        }
+        // moved by itself over dt: v(x) = v'(x + dt v), so that C' = C (1 + dt C)^-1
+        const std::vector<double> v(d->nodes().velocity.begin(), d->nodes().velocity.end()), none(v.size());
+        const double dt = 0.01;
+        d->advance(p, {v, v, none, false, dt, 1.0, v});
+        const Deformation f{dt * c[0], dt * c[1], dt * c[2], dt * c[3], 0.0}, field = over({c[0], c[1], c[2], c[3], 0.0}, f);
+        for (std::size_t i = 0; i < p.size(); ++i) {
+            const auto q = static_cast<std::size_t>(std::ranges::find(start.id, p.id[i]) - start.id.begin());
+            CHECK(p.velocity_x[i] == doctest::Approx(start.velocity_x[q]).epsilon(1e-12));
+            CHECK(p.affine[0][i] == doctest::Approx(field.xx).epsilon(1e-10));
+            CHECK(p.affine[1][i] == doctest::Approx(field.xy).epsilon(1e-10));
+            CHECK(p.affine[2][i] == doctest::Approx(field.yx).epsilon(1e-10));
+            CHECK(p.affine[3][i] == doctest::Approx(field.yy).epsilon(1e-10));
+        }
+    }
+    Block b = block(ShapeFunction::linear);
+    b.scene.affine = true;
+    CHECK(contains(message_of<InputError>([&] { check(b.scene, b.state.particles); }), "use Particles::provide_affine()"));
+    CHECK(contains(message_of<InputError>([&] { MomentumBalance(b.scene, {.method = ImplicitMethod::quasi_static}); }),
+                   "affine transfers have no meaning"));
+    for (const auto& momentum : {std::function([&] { MomentumBalance(b.scene, {.form = Form::momentum}); }),
+                                 std::function([&] { ExplicitStep(b.scene, Form::momentum); })})
+        CHECK(contains(message_of<InputError>(momentum), "use the velocity form"));
 }
 
 TEST_CASE("free translation leaves no stress and no change of velocity, wherever the particles lie") {

@@ -19,6 +19,21 @@ struct Way {
     std::function<std::unique_ptr<TimeStepper>(const Scene&)> make;
     double tolerance; // of the momentum balance: that of the step
     bool inertia = true;
+    bool affine = false; ///< transfers
+
+    /// The block with the transfers of this way, from affine fields that are not nothing.
+    [[nodiscard]] Block prepared(Block b) const {
+        b.scene.affine = affine;
+        if (affine) {
+            Particles& p = b.state.particles;
+            p.provide_affine();
+            for (std::size_t k = 0; k < 4; ++k) {
+                const std::vector<double> c = random_vector(p.size(), 0.3, static_cast<unsigned>(31 + k));
+                std::ranges::copy(c, p.affine[k].begin());
+            }
+        }
+        return b;
+    }
 };
 
 ImplicitOptions tight(const ImplicitScheme& scheme) {
@@ -29,9 +44,9 @@ ImplicitOptions tight(const ImplicitScheme& scheme) {
 }
 
 std::vector<Way> all_ways() {
-    const auto implicit_way = [](const char* name, const ImplicitScheme& scheme) {
+    const auto implicit_way = [](const char* name, const ImplicitScheme& scheme, bool affine = false) {
         return Way{name, [scheme](const Scene& scene) { return make_implicit_stepper(scene, tight(scheme)); }, 1e-7,
-                   scheme.method != ImplicitMethod::quasi_static};
+                   scheme.method != ImplicitMethod::quasi_static, affine};
     };
     return {{"explicit velocity", [](const Scene& scene) { return make_explicit_stepper(scene, Form::velocity); }, 1e-12},
             {"explicit momentum", [](const Scene& scene) { return make_explicit_stepper(scene, Form::momentum); }, 1e-12},
@@ -40,6 +55,10 @@ std::vector<Way> all_ways() {
             implicit_way("mu = 0.7", {.mu = 0.7}),
             implicit_way("midpoint", {.method = ImplicitMethod::midpoint}),
             implicit_way("midpoint momentum", {.method = ImplicitMethod::midpoint, .form = Form::momentum}),
+            Way{"explicit velocity, affine", [](const Scene& scene) { return make_explicit_stepper(scene, Form::velocity); },
+                1e-12, true, true},
+            implicit_way("implicit, affine", {}, true),
+            implicit_way("midpoint, affine", {.method = ImplicitMethod::midpoint}, true),
             implicit_way("quasi-static", {.method = ImplicitMethod::quasi_static})};
 }
 
@@ -106,7 +125,10 @@ TEST_CASE("a block at rest weighs on its plate what it weighs, in every method, 
             const double weight = geometry == Geometry::axisymmetric ? 0.5 * 0.8 * 0.8 * 0.4 * 1e4 : 3200.0;
             for (const Way& way : all_ways()) {
                 CAPTURE(way.name);
-                Block b = rest;
+                Block b = way.affine ? way.prepared(rest) : rest;
+                if (way.affine)
+                    for (auto& c : b.state.particles.affine)
+                        std::ranges::fill(c, 0.0);
                 const auto stepper = way.make(b.scene);
                 REQUIRE(stepper->attempt(b.state, 1e-6, b.state.time + 1e-6).accepted);
                 const auto force = contact_force(stepper->discretisation().nodes(), stepper->force(), 0);
@@ -124,7 +146,7 @@ TEST_CASE("the momentum of all particles changes by body force and reactions, wh
                 CAPTURE(static_cast<int>(shape));
                 CAPTURE(static_cast<int>(geometry));
                 CAPTURE(way.name);
-                Block b = held(shape, geometry, "von Mises");
+                Block b = way.prepared(held(shape, geometry, "von Mises"));
                 const auto stepper = way.make(b.scene);
                 for (const double dt : {1e-4, 2e-4, 1e-4}) {
                     const std::array<double, 2> before = momentum(b.state.particles);
@@ -172,7 +194,7 @@ TEST_CASE("kinetic and internal energy change by the work done, less what the me
                     CAPTURE(static_cast<int>(geometry));
                     CAPTURE(law);
                     CAPTURE(way.name);
-                    Block b = held(shape, geometry, law);
+                    Block b = way.prepared(held(shape, geometry, law));
                     const auto stepper = way.make(b.scene);
                     double passed = 0.0, size = 0.0, lost = 0.0;
                     const auto energy = [&] {

@@ -22,6 +22,7 @@ struct ActiveNodes {
     std::vector<std::int32_t> lattice; ///< place of each active node on the lattice of all nodes, row by row
     aligned_vector<double> mass;       ///< m_i (2.2.12), one a node
     aligned_vector<double> velocity;   ///< v^k of (2.2.14), prescribed values where the velocity is prescribed
+    aligned_vector<double> mapped;     ///< the same before any is prescribed, where transfers are affine, else none
     std::vector<char> prescribed;      ///< how many rigid bodies and sides of the grid prescribe a component
     std::vector<Hold> holds;           ///< which they are
 

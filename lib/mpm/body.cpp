@@ -123,6 +123,8 @@ void add_body(Particles& particles, const Body& body, const Scene& scene) {
             mirrored += mirrored_inside(grid, geometry, x, y) && body.shape(x, y) ? 1 : 0;
         }
     });
+    if (scene.affine)
+        particles.provide_affine();
     particles.resize(before + places.size());
     for (std::size_t p = before; p < particles.size(); ++p) {
         const double x = particles.x[p] = places[p - before][0];

@@ -3,6 +3,12 @@
 
 namespace ductile::mpm {
 
+void add_held_force(const ActiveNodes& nodes, double dt, std::span<double> force) {
+    for (std::size_t c = 0; c < nodes.mapped.size(); ++c)
+        if (nodes.prescribed[c])
+            force[c] += nodes.mass[c / 2] * (nodes.mapped[c] - nodes.velocity[c]) / dt;
+}
+
 std::array<double, 2> contact_force(const ActiveNodes& nodes, std::span<const double> force, std::int32_t holder) {
     std::array<double, 2> sum{};
     for (const Hold& hold : nodes.holds)

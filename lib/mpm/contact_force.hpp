@@ -14,6 +14,10 @@ namespace ductile::mpm {
 ///   d/dt sum m_p v_p = sum_i b_i + sum_i R_i,
 /// the momentum balance of the whole, exactly for every explicit step and to the solver's tolerance for implicit ones.
 ///
+/// Where transfers are affine the particles do get the velocity of a held node, at once: what holds it takes
+/// M (v_i - v_i^k), v_i what they map to, within the step, a force M (v_i - v_i^k)/dt which is part of F.
+void add_held_force(const ActiveNodes& nodes, double dt, std::span<double> force);
+
 /// The force of the particles on a rigid body (its number) or a side of the grid (a Side): F, summed over the components it
 /// holds, a component that several hold shared equally among them [N, a metre of thickness or a radian].
 [[nodiscard]] std::array<double, 2> contact_force(const ActiveNodes& nodes, std::span<const double> force, std::int32_t holder);

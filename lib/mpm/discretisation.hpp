@@ -19,12 +19,14 @@ struct NodalMotion {
     std::span<const double> increment; ///< change of the nodes' velocity over the step, added to the particles' [m/s]
     bool replace_velocity = false;     ///< particles take the nodes' `motion` instead of the increment (no inertia)
     double dt = 0.0;
-    double weight_at_end = 0.0; ///< mu, of the force at the end of the step in the one that acts
+    double weight_at_end = 0.0;        ///< mu, of the force at the end of the step in the one that acts
+    std::span<const double> last = {}; ///< the nodes' velocity at the end of the step, for affine transfers
 };
 
 /// Energies of a step, summed over the particles [J, a metre of thickness or a radian].
 struct ParticleEnergies {
-    double of_increments = 0.0; ///< sum of m |dv|^2/2, dv the change of a particle's velocity
+    double of_increments = 0.0; ///< sum of m |dv|^2/2, dv the nodes' change of velocity at a particle
+    double kinetic = 0.0;       ///< by how much sum of m |v|^2/2 grows, where transfers are affine
     /// sum of V (sigma_f - (sigma' + sigma^L)/2) : (strain increment): what the stress sigma_f = (1 - mu) sigma^k + mu sigma^L
     /// that the nodes feel does beyond what (2.2.16) counts, sigma' the turned stress of the beginning; see moves()
     double of_lag = 0.0;
@@ -32,6 +34,7 @@ struct ParticleEnergies {
 
     void add(const ParticleEnergies& other) {
         of_increments += other.of_increments;
+        kinetic += other.kinetic;
         of_lag += other.of_lag;
         dissipated += other.dissipated;
     }
@@ -61,6 +64,15 @@ using AddBlock = std::function<void(std::span<const std::int32_t> nodes, std::sp
 /// changes no particle, until advance() moves them.
 ///
 /// Vectors over active nodes hold x and y components in turn, 2 nodes().count() numbers.
+///
+/// Transfers. The paper's particles keep their velocities and get the nodes' change of it: what the grid does not see of them
+/// stays, a rotation loses angular momentum to the lumped mass. Affine ones (Jiang, Schroeder, Selle, Teran & Stomakhin 2015)
+/// give a particle the velocity field of the end of the step around it, v + C (x - x_p), and take a node's from all of it,
+///   m_i v_i = sum m_p N_i (v_p + C_p (x_i - x_p)),   v_p = sum N_i v_i^L,   C_p = [sum N_i v_i^L (x_i - x_p)^T] D^-1 f^-1
+/// with D = sum N_i (x_i - x_p)(x_i - x_p)^T, which is diagonal (hat functions: the gradient), and the deformation f of the step
+/// by which the nodes move away from each other: a velocity that is linear in space stays what it is. What the grid resolves and
+/// one such field a particle does not is lost, as kinetic energy. At nodes that something holds the particles take the velocity
+/// of that, and it takes their momentum: see add_held_force().
 class Discretisation {
 public:
     virtual ~Discretisation() = default;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <ductile/base/error.hpp>
+#include <ductile/mpm/contact_force.hpp>
 #include <ductile/mpm/explicit_step.hpp>
 
 #include <algorithm>
@@ -8,8 +9,17 @@
 
 namespace ductile::mpm {
 
+void check(const Scene& scene, Form form) {
+    if (scene.affine && form == Form::momentum)
+        throw InputError(
+            "affine transfers give particles the velocity of the nodes, and the momentum form strains them by another: "
+            "use the velocity form");
+}
+
 ExplicitStep::ExplicitStep(const Scene& scene, Form form)
-    : scene_(scene), form_(form), discretisation_(make_discretisation(scene)) {}
+    : scene_(scene), form_(form), discretisation_(make_discretisation(scene)) {
+    check(scene, form);
+}
 
 StepEnergies ExplicitStep::advance(State& state, double dt, double end) {
     Discretisation& d = *discretisation_;
@@ -38,7 +48,7 @@ StepEnergies ExplicitStep::advance(State& state, double dt, double end) {
     }
     const std::span<const double> straining = momentum ? straining_ : motion_;
     check_travel(state, straining, dt);
-    const NodalMotion motion{motion_, straining, increment_, false, dt, 0.0};
+    const NodalMotion motion{motion_, straining, increment_, false, dt, 0.0, motion_};
     check_forecast(state, motion);
     const ParticleEnergies sums = d.advance(state.particles, motion);
     move_rigid_bodies(state, dt);
@@ -49,10 +59,17 @@ StepEnergies ExplicitStep::advance(State& state, double dt, double end) {
         .dissipated = sums.dissipated, .of_method = sums.of_lag - sums.of_increments, .of_change = sums.of_increments};
     for (std::size_t c = 0; d.moves() && c < size; ++c)
         energies.of_method -= dt * (force_[c] - (scene_.body_force ? external_[c] : 0.0)) * straining[c];
-    for (std::size_t c = 0; c < size; ++c)
-        energies.of_method += (straining[c] - nodes.velocity[c]) * nodes.mass[c / 2] * increment_[c];
+    if (scene_.affine) {
+        energies.of_method += sums.of_increments - sums.kinetic;
+        for (std::size_t c = 0; c < size; ++c)
+            energies.of_method += straining[c] * nodes.mass[c / 2] * (motion_[c] - nodes.mapped[c]);
+    } else {
+        for (std::size_t c = 0; c < size; ++c)
+            energies.of_method += (straining[c] - nodes.velocity[c]) * nodes.mass[c / 2] * increment_[c];
+    }
     for (std::size_t c = 0; scene_.body_force && c < size; ++c)
         energies.body_work += dt * external_[c] * straining[c];
+    add_held_force(nodes, dt, force_);
     return energies;
 }
 
@@ -67,7 +84,9 @@ void ExplicitStep::check_travel(const State& state, std::span<const double> velo
                             form_ == Form::velocity ? ", or particles have just entered a cell, which the velocity form "
                                                       "does not bear"
                                                     : "",
-                            form_ == Form::velocity ? " or --form momentum" : ""));
+                            form_ == Form::momentum ? ""
+                            : scene_.affine         ? ", or GIMP or B-splines"
+                                                    : " or --form momentum"));
 }
 
 /// Looks at particles one by one only where some may fold or leave the grid.

@@ -16,6 +16,10 @@ enum class Form {
     momentum  ///< Sec. 3.2: particles are strained by the velocity that their updated velocities map to
 };
 
+/// Throws InputError for affine transfers in the momentum form: their particles take the velocity of the nodes, which another one
+/// must not strain.
+void check(const Scene& scene, Form form);
+
 /// The explicit cycle of Sec. 2.3. Velocity form: with f^k of (2.2.9)-(2.2.10) at the particles' stress and b of (2.2.8),
 ///   v^L = v^k + dt (f^k + b)/m   (2.2.13), (2.2.15)
 /// moves and strains the particles, and v^L - v^k is added to their velocities. Momentum form: the same P^L = m v^L moves them,
@@ -24,6 +28,7 @@ enum class Form {
 /// with the consistent mass matrix M_c (2.2.6). Where the velocity is prescribed it is so in all three.
 class ExplicitStep {
 public:
+    /// Throws InputError as check() does.
     ExplicitStep(const Scene& scene, Form form);
 
     /// One step of dt seconds to the time `end`. Throws RunError for a particle that has left the grid, for a node that would
@@ -32,7 +37,7 @@ public:
     StepEnergies advance(State& state, double dt, double end);
 
     [[nodiscard]] const Discretisation& discretisation() const { return *discretisation_; }
-    /// f^k + b of the last step, at all nodes.
+    /// f^k + b of the last step, at all nodes, and what add_held_force() adds.
     [[nodiscard]] std::span<const double> force() const { return force_; }
 
 private:

@@ -237,6 +237,7 @@ public:
         energies_.assign(transfer_.run_count(), {});
         visit_runs([&]<Kinematics kinematics>(const Run& run, const Law& law, Constant<kinematics>) {
             const Local strained = gather(run, m.straining), moved = gather(run, m.motion), change = gather(run, m.increment);
+            const Local last = scene_.affine ? gather(run, m.last) : Local{};
             const double heat_capacity = scene_.materials[static_cast<std::size_t>(run.material)].heat_capacity;
             ParticleEnergies& energies = energies_[transfer_.place_of(run)];
             for_each_batch(run, [&](std::size_t first, std::size_t count) {
@@ -276,8 +277,12 @@ public:
                     const Vector v = value_of(moved, n), dv = value_of(change, n);
                     particles.x[p] = transfer_.wrapped(particles.x[p] + m.dt * v.x);
                     particles.y[p] += m.dt * v.y;
-                    particles.velocity_x[p] = m.replace_velocity ? v.x : particles.velocity_x[p] + dv.x;
-                    particles.velocity_y[p] = m.replace_velocity ? v.y : particles.velocity_y[p] + dv.y;
+                    if (scene_.affine) {
+                        energies.kinetic += take_field(particles, p, run, n, last, moved, m.dt);
+                    } else {
+                        particles.velocity_x[p] = m.replace_velocity ? v.x : particles.velocity_x[p] + dv.x;
+                        particles.velocity_y[p] = m.replace_velocity ? v.y : particles.velocity_y[p] + dv.y;
+                    }
                     energies.of_increments += 0.5 * particles.mass[p] * (dv.x * dv.x + dv.y * dv.y);
                 }
             });
@@ -324,7 +329,8 @@ private:
     struct Batch {
         VelocityGradient l[batch];
         SymmetricTensor start[batch], strain[batch], stress[batch];
-        Deformation f[batch]; ///< of a moved configuration
+        Deformation f[batch];                    ///< of a moved configuration
+        Deformation seen[batch], quarter[batch]; ///< by a law at finite strain, and the argument of half_step()
     };
 
     static std::size_t begin(const Run& run) { return static_cast<std::size_t>(run.begin); }
@@ -347,6 +353,25 @@ private:
                         kernel(run, law, Constant<Kinematics::strained>{});
             }
         });
+    }
+
+    /// Affine transfers: the particle takes the field of the nodes around it. Returns by how much its kinetic energy grows.
+    double take_field(Particles& particles, std::size_t p, const Run& run, const Weights& n, const Local& last,
+                      const Local& moved, double dt) const {
+        const Weights field{least_squares(n.x, transfer_.offsets_x(run, n.x)), least_squares(n.y, transfer_.offsets_y(run, n.y)),
+                            n.inverse_radius};
+        const VelocityGradient c = gradient(last, field);
+        const Deformation affine =
+            over({c.xx, c.xy, c.yx, c.yy, 0.0}, deformation<Geometry::plane_strain>(gradient(moved, field), dt));
+        const double numbers[4] = {affine.xx, affine.xy, affine.yx, affine.yy};
+        for (std::size_t k = 0; k < 4; ++k)
+            particles.affine[k][p] = numbers[k];
+        const Vector v = value_of(last, n);
+        double &x = particles.velocity_x[p], &y = particles.velocity_y[p];
+        const double before = x * x + y * y;
+        x = v.x;
+        y = v.y;
+        return 0.5 * particles.mass[p] * (x * x + y * y - before);
     }
 
     /// Calls `visit(first, count)` for the particles of a run, as many at a time as a Batch holds.
@@ -390,18 +415,28 @@ private:
     /// How far a step of dt seconds goes to where its forces act: all the way, or to its middle.
     [[nodiscard]] double where_forces_act(double dt) const { return midpoint_ ? 0.5 * dt : dt; }
 
-    /// Stress, deformation and energies after the part h of a step of dt seconds with the velocity v. What is in rate form takes
-    /// strain and spin from the configuration in the middle of the step, h grad v f^-1, and its energies by the volume there; the
-    /// strain turns by half of that spin, as if it were all in the middle of h.
+    /// Stress, deformation and energies after the part h of a step of dt seconds with the velocity v: all of it, or half. A law
+    /// at finite strain sees half_step() in the middle. What is in rate form takes strain and spin from the configuration in the
+    /// middle of the step, h grad v f^-1, and its energies by the volume there; the strain turns by half of that spin, as if it
+    /// were all in the middle of h.
     void move(const Law& law, const Particles& particles, std::size_t first, std::size_t count, const Local& v, double dt,
               double h, Batch& b, Arrays internal_end, StepWork* work) const {
         const InternalArrays internal = internal_of(particles, first);
         if (const FiniteStrain* const finite = law->finite_strain()) {
-            for (std::size_t i = 0; i < count; ++i)
-                b.f[i] = deformation<geometry>(gradient(v, at(first + i)), h);
-            if constexpr (geometry == Geometry::plane_stress)
-                finite->release_thickness(count, b.f, internal.row, h);
-            finite->correct(count, b.f, internal.row, h, b.stress, internal_end, work);
+            for (std::size_t i = 0; i < count; ++i) {
+                const VelocityGradient l = gradient(v, at(first + i));
+                b.f[i] = b.seen[i] = deformation<geometry>(l, h);
+                if (h < dt) {
+                    b.quarter[i] = 0.5 * over(b.f[i], b.f[i]);
+                    b.seen[i] = half_step(b.quarter[i]);
+                }
+            }
+            if constexpr (geometry == Geometry::plane_stress) {
+                finite->release_thickness(count, b.seen, internal.row, h);
+                for (std::size_t i = 0; i < count; ++i)
+                    b.f[i].zz = b.seen[i].zz;
+            }
+            finite->correct(count, b.seen, internal.row, h, b.stress, internal_end, work);
             return;
         }
         for (std::size_t i = 0; i < count; ++i) {
@@ -443,7 +478,7 @@ private:
         move(law, particles, first, count, v, dt, h, b, internal_end, work);
         SpatialTangent tangent[batch];
         if (const FiniteStrain* const finite = law->finite_strain()) {
-            finite->tangent(count, b.f, internal.row, h, tangent);
+            finite->tangent(count, b.seen, internal.row, h, tangent);
         } else {
             Tangent small[batch];
             SymmetricTensor trial[batch];
@@ -454,8 +489,10 @@ private:
                 tangent[i] = turned_tangent(small[i], b.start[i], b.strain[i], law->elasticity().shear_modulus, spin(b.l[i], h));
         }
         for (std::size_t i = 0; i < count; ++i) {
-            MovedTangent t = law->finite_strain() ? differentiate_piola<geometry, false>(tangent[i], b.stress[i], b.f[i])
-                                                  : differentiate_piola<geometry, true>(tangent[i], b.stress[i], b.f[i]);
+            MovedTangent t = !law->finite_strain() ? differentiate_piola<geometry, SeenBy::rates>(tangent[i], b.stress[i], b.f[i])
+                             : h < dt
+                                 ? differentiate_piola<geometry, SeenBy::half_step>(tangent[i], b.stress[i], b.f[i], b.quarter[i])
+                                 : differentiate_piola<geometry, SeenBy::end>(tangent[i], b.stress[i], b.f[i]);
             scale(t, h * volume_[first + i]);
             moved_tangent_[first + i] = t;
         }

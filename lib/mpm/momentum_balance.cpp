@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <ductile/base/error.hpp>
+#include <ductile/mpm/contact_force.hpp>
 #include <ductile/mpm/momentum_balance.hpp>
 
 #include <algorithm>
@@ -15,6 +16,9 @@ MomentumBalance::MomentumBalance(const Scene& scene, const ImplicitScheme& schem
         throw InputError(fmt::format("mu = {}: the weight of the implicit force must lie between 0 and 1", scheme.mu));
     if (scheme.method == ImplicitMethod::quasi_static && momentum())
         throw InputError("the quasi-static method has no momentum: use it with the velocity form");
+    if (scheme.method == ImplicitMethod::quasi_static && scene.affine)
+        throw InputError("the quasi-static method has no momentum to transfer: affine transfers have no meaning with it");
+    check(scene, scheme.form);
     if (scheme.method == ImplicitMethod::midpoint) {
         kinematic_weight_ = 0.5;
         scheme_.mu = scene.finite_rotation ? 1.0 : 0.5;
@@ -143,7 +147,12 @@ NodalMotion MomentumBalance::motion(std::span<const double> u) {
         felt_.resize(size());
         discretisation_->force_after(state_->particles, velocity_, dt_, felt_);
     }
-    return {motion_, velocity_, increment_, !inertia(), dt_, scheme_.mu};
+    if (scene_.affine) {
+        last_.resize(size());
+        for (std::size_t c = 0; c < size(); ++c)
+            last_[c] = n.velocity[c] + increment_[c];
+    }
+    return {motion_, velocity_, increment_, !inertia(), dt_, scheme_.mu, last_};
 }
 
 StepEnergies MomentumBalance::advance(const NodalMotion& motion, Particles& particles) {
@@ -154,7 +163,12 @@ StepEnergies MomentumBalance::advance(const NodalMotion& motion, Particles& part
         const double body = scene_.body_force ? dt_ * body_force_[c] : 0.0;
         energies.of_method -= (dt_ * scheme_.mu * felt_[c] + known_[c] - body) * motion.straining[c];
     }
-    if (inertia()) {
+    if (scene_.affine) {
+        energies.of_change = sums.of_increments;
+        energies.of_method -= sums.kinetic;
+        for (std::size_t c = 0; c < size(); ++c)
+            energies.of_method += motion.straining[c] * n.mass[c / 2] * (motion.last[c] - n.mapped[c]);
+    } else if (inertia()) {
         energies.of_method -= sums.of_increments;
         energies.of_change = sums.of_increments;
         for (std::size_t c = 0; c < size(); ++c)
@@ -172,6 +186,7 @@ void MomentumBalance::force_at_end(std::span<double> force) {
         discretisation_->internal_force(state_->particles, force);
     for (std::size_t c = 0; c < force.size(); ++c)
         force[c] = scheme_.mu * force[c] + known_[c] / dt_;
+    add_held_force(nodes(), dt_, force);
 }
 
 } // namespace ductile::mpm

@@ -36,7 +36,7 @@ struct ImplicitScheme {
 /// f, the stress and J are functions of u alone: nothing here changes a particle.
 class MomentumBalance {
 public:
-    /// Throws InputError for mu outside [0, 1] and for a quasi-static momentum form, whose momentum has no meaning.
+    /// Throws InputError for mu outside [0, 1], for a quasi-static momentum form or affine transfer, which has no momentum, and as check() does.
     MomentumBalance(const Scene& scene, const ImplicitScheme& scheme);
 
     /// Takes the particles and the step.
@@ -70,7 +70,7 @@ public:
     /// Makes the step with the particles of prepare(); returns what passed in it.
     [[nodiscard]] StepEnergies advance(const NodalMotion& motion, Particles& particles);
 
-    /// (1 - mu) f^k + mu f^L + b with the stress of the particles that advance() has moved.
+    /// (1 - mu) f^k + mu f^L + b, and what add_held_force() adds, with the stress of the particles that advance() has moved.
     void force_at_end(std::span<double> force);
 
     [[nodiscard]] const Discretisation& discretisation() const { return *discretisation_; }
@@ -95,7 +95,7 @@ private:
     const State* state_ = nullptr;
     double dt_ = 0.0;
     double largest_wave_speed_ = 0.0;
-    aligned_vector<double> guess_, known_, change_, velocity_, work_, motion_, increment_, body_force_, felt_;
+    aligned_vector<double> guess_, known_, change_, velocity_, work_, motion_, increment_, last_, body_force_, felt_;
     aligned_vector<double> magnitudes_, known_magnitudes_; // of internal forces; of dt [(1 - mu) f^k + b]
 };
 

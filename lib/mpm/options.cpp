@@ -24,6 +24,10 @@ void declare_domain(io::Program& program, Options& o) {
                     {"gimp", ShapeFunction::gimp, "hats averaged over a particle's box (generalised interpolation)"},
                     {"bspline", ShapeFunction::bspline, "quadratic B-splines"}},
                    help("shape functions"));
+    program.choice("--transfer", o.affine,
+                   {{"increments", false, "particles get the nodes' change of velocity, the paper's"},
+                    {"affine", true, "they take the nodes' velocity and its gradient: turns, and is quiet; loses what is finer"}},
+                   help("between particles and nodes"));
     program.option("--particles-per-side", o.particles_per_side, help("particles along a cell's side", "", io::between(1, 100)));
 }
 
@@ -37,11 +41,12 @@ void declare_time(io::Program& program, Options& o) {
                     {"midpoint", Method::midpoint, "in its middle; keeps energy"},
                     {"quasi-static", Method::quasi_static, "without inertia"}},
                    help("how a step is made"));
-    program.choice("--form", o.form,
-                   {{"velocity", FormChoice::velocity},
-                    {"momentum", FormChoice::momentum, "bears particles that have just entered a cell in explicit steps"},
-                    {"auto", FormChoice::automatic, "momentum for --method explicit, otherwise velocity"}},
-                   help("the nodal unknown of the equations"));
+    program.choice(
+        "--form", o.form,
+        {{"velocity", FormChoice::velocity},
+         {"momentum", FormChoice::momentum, "bears particles that have just entered a cell in explicit steps"},
+         {"auto", FormChoice::automatic, "momentum for --method explicit, but velocity for others and for --transfer affine"}},
+        help("the nodal unknown of the equations"));
     program.option("--mu", o.mu,
                    help("weight of the force at the end of the step, --method implicit", "", io::between(0.0, 1.0)));
     program.number_or_auto("--dt", o.dt,
@@ -136,7 +141,7 @@ double number_or_auto(const std::string& text, const char* option, double automa
 
 Form form_of(const Options& o) {
     if (o.form == FormChoice::automatic)
-        return o.method == Method::explicit_steps ? Form::momentum : Form::velocity;
+        return o.method == Method::explicit_steps && !o.affine ? Form::momentum : Form::velocity;
     return o.form == FormChoice::velocity ? Form::velocity : Form::momentum;
 }
 
@@ -371,15 +376,15 @@ std::string describe(const Options& o, const Scene& scene, const State& start, c
     for (const MaterialNumbers& numbers : material_numbers(scene, start.particles, start.rigid_bodies))
         materials += fmt::format("material  {}\n", describe(numbers));
     return fmt::format("grid      {} x {} cells of {:g} m, {}, {} shape functions\n"
-                       "particles {} deformable, {} rigid; {}\n"
+                       "particles {} deformable, {} rigid; {}{}\n"
                        "{}"
                        "method    {}, {} form; dt = {:.6g} s ({:.3g} times what explicit steps bear), {:.6g} s to go\n"
                        "memory    about {:.0f} MB\n",
                        scene.grid.cells_x, scene.grid.cells_y, scene.grid.dx(), geometries[static_cast<int>(scene.geometry)],
                        shapes[static_cast<int>(scene.shape)], start.particles.size(), rigid,
-                       scene.finite_rotation ? "finite rotation" : "small rotation", materials, name_of(o.method),
-                       form_of(o) == Form::velocity ? "velocity" : "momentum", control.options().target,
-                       control.options().target / stable, o.duration - start.time,
+                       scene.finite_rotation ? "finite rotation" : "small rotation", scene.affine ? ", affine transfers" : "",
+                       materials, name_of(o.method), form_of(o) == Form::velocity ? "velocity" : "momentum",
+                       control.options().target, control.options().target / stable, o.duration - start.time,
                        static_cast<double>(start.particles.memory_bytes() + stepper.memory_bytes()) * 1e-6 + 20.0);
 }
 

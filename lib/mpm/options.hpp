@@ -25,6 +25,7 @@ enum class PreconditionerChoice { none, diagonal, tangent, automatic };
 struct Options {
     double cell_size = 0.0;
     ShapeFunction shape = ShapeFunction::linear;
+    bool affine = false; ///< transfers
     int particles_per_side = 2;
 
     Method method = Method::implicit;

@@ -68,6 +68,8 @@ void add_particles(Particles& particles, const Body& body, const std::filesystem
                                    describe_range(variables.front())));
     }
     particles.provide_internal(internal.size());
+    if (scene.affine)
+        particles.provide_affine();
     particles.resize(first + count);
     const auto fill = [&](aligned_vector<double>& array, const char* name, double standard) {
         const auto found = columns.find(name);

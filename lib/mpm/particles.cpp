@@ -26,10 +26,17 @@ void Particles::provide_internal(std::size_t variables) {
         internal.emplace_back(size(), 0.0);
 }
 
+void Particles::provide_affine() {
+    if (affine.empty())
+        affine.assign(4, aligned_vector<double>(size(), 0.0));
+}
+
 void Particles::permute(std::span<const std::int32_t> order, PermutationBuffers& buffers) {
     for (const auto& [name, array] : common_arrays(*this))
         gather(*array, order, buffers.numbers);
     for (aligned_vector<double>& array : internal)
+        gather(array, order, buffers.numbers);
+    for (aligned_vector<double>& array : affine)
         gather(array, order, buffers.numbers);
     for (const auto& [name, array] : named_integer_arrays(*this))
         gather(*array, order, buffers.integers);

@@ -22,17 +22,21 @@ struct Particles {
     aligned_vector<double> mass, density;
     aligned_vector<double> stress_xx, stress_yy, stress_zz, stress_xy; ///< Cauchy stress
     std::vector<aligned_vector<double>> internal;                      ///< [k]: the k-th internal variable of the point's law
-    aligned_vector<double> energy;                                     ///< internal energy per mass, (2.2.16) [J/kg]
-    aligned_vector<double> temperature;                                ///< above the initial one, by plastic work, (2.3.5) [K]
-    aligned_vector<double> half_width, half_height;                    ///< of the point's initial cell, for GIMP
-    aligned_vector<std::int64_t> material;                             ///< number of its law in the scene
-    aligned_vector<std::int64_t> body;                                 ///< number of the body it was added with
-    aligned_vector<std::int64_t> id;                                   ///< number at the start: sorting keeps it
+    /// C_xx, C_xy, C_yx, C_yy of the velocity v + C (x - x_p) around the point [1/s] where transfers are affine, else none.
+    std::vector<aligned_vector<double>> affine;
+    aligned_vector<double> energy;                  ///< internal energy per mass, (2.2.16) [J/kg]
+    aligned_vector<double> temperature;             ///< above the initial one, by plastic work, (2.3.5) [K]
+    aligned_vector<double> half_width, half_height; ///< of the point's initial cell, for GIMP
+    aligned_vector<std::int64_t> material;          ///< number of its law in the scene
+    aligned_vector<std::int64_t> body;              ///< number of the body it was added with
+    aligned_vector<std::int64_t> id;                ///< number at the start: sorting keeps it
 
     [[nodiscard]] std::size_t size() const { return x.size(); }
     void resize(std::size_t count);
     /// Room for as many internal variables as a law has, if there is less; new ones are zero.
     void provide_internal(std::size_t variables);
+    /// Room for C, if there is none; it is zero.
+    void provide_affine();
     /// Room to permute in, kept from call to call.
     struct PermutationBuffers {
         aligned_vector<double> numbers;
@@ -66,13 +70,15 @@ template <class P> [[nodiscard]] auto common_arrays(P& p) {
                       Entry{"half_width", &p.half_width},
                       Entry{"half_height", &p.half_height}};
 }
-/// The same and the internal variables.
+/// The same, the internal variables, and C.
 template <class P> [[nodiscard]] auto named_arrays(P& p) {
     std::vector<std::pair<std::string, decltype(&p.x)>> arrays;
     for (const auto& [name, array] : common_arrays(p))
         arrays.emplace_back(name, array);
     for (std::size_t k = 0; k < p.internal.size(); ++k)
         arrays.emplace_back(fmt::format("internal_{}", k + 1), &p.internal[k]);
+    for (std::size_t k = 0; k < p.affine.size(); ++k)
+        arrays.emplace_back(fmt::format("affine_{}", k + 1), &p.affine[k]);
     return arrays;
 }
 template <class P> [[nodiscard]] auto named_integer_arrays(P& p) {

@@ -124,6 +124,21 @@ template <Geometry geometry> [[gnu::DUCTILE_ALWAYS_INLINE]] inline Deformation d
     return ((1.0 + f.xx) * (1.0 + f.yy) - f.xy * f.yx) * (1.0 + f.zz);
 }
 
+/// a b
+[[gnu::DUCTILE_ALWAYS_INLINE]] inline Deformation times(const Deformation& a, const Deformation& b) {
+    return {a.xx * b.xx + a.xy * b.yx, a.xx * b.xy + a.xy * b.yy, a.yx * b.xx + a.yy * b.yx, a.yx * b.xy + a.yy * b.yy,
+            a.zz * b.zz};
+}
+[[gnu::DUCTILE_ALWAYS_INLINE]] inline Deformation operator*(double c, const Deformation& a) {
+    return {c * a.xx, c * a.xy, c * a.yx, c * a.yy, c * a.zz};
+}
+/// (1 + f)^-1
+[[gnu::DUCTILE_ALWAYS_INLINE]] inline Deformation inverse(const Deformation& f) { return over({1.0, 0.0, 0.0, 1.0, 1.0}, f); }
+
+/// Half a step as the configuration in its middle sees it, (1 - a)^-1 (1 + a), where a is a quarter of the step's h grad w f^-1:
+/// of a rotation half the angle, where the middle of the way, f, lies on the chord and is shorter.
+[[gnu::DUCTILE_ALWAYS_INLINE]] inline Deformation half_step(const Deformation& a) { return over(2.0 * a, -1.0 * a); }
+
 /// A stress that need not be symmetric: xy is the force in x on an area across y.
 struct PiolaStress {
     double xx = 0.0, xy = 0.0, yx = 0.0, yy = 0.0, zz = 0.0;
@@ -145,26 +160,32 @@ template <Geometry geometry> struct PiolaTangent {
     double entry[size][size];
 };
 
-/// `t`: d(sigma) by dL; or, of a stress in rate form, by the change f^-1 dL of the strain and spin that the configuration in the
-/// middle sees, h grad w f^-1, with the strain out of the plane itself as f.zz in plane stress.
-template <Geometry geometry, bool rates>
-PiolaTangent<geometry> differentiate_piola(const SpatialTangent& t, const SymmetricTensor& s, const Deformation& f) {
+/// Which change of deformation a tangent d(sigma) refers to.
+enum class SeenBy {
+    end,      ///< dL = dl f^-1
+    rates,    ///< f^-1 dL, of strain and spin in the middle, h grad w f^-1; in plane stress f.zz is the strain
+    half_step ///< (1 - a)^-1 f^-1 dL (1 + a)^-1, of half_step(a), h = dt/2
+};
+/// `t`: d(sigma) by what `seen` says.
+template <Geometry geometry, SeenBy seen>
+PiolaTangent<geometry> differentiate_piola(const SpatialTangent& t, const SymmetricTensor& s, const Deformation& f,
+                                           const Deformation& a = {}) {
     const double j = determinant(f);
     const PiolaStress p = piola(s, f);
-    const Deformation inverse = over({1.0, 0.0, 0.0, 1.0, 1.0}, f);
     PiolaTangent<geometry> result;
     for (int column = 0; column < PiolaTangent<geometry>::size; ++column) {
         Deformation change{double(column == 0), double(column == 1), double(column == 2), double(column == 3),
                            double(column == 4)};
         Deformation l = over(change, f);
         double volumetric = l.xx + l.yy + l.zz; // of dL, whatever the law sees
-        if constexpr (rates)
-            l = {inverse.xx * l.xx + inverse.xy * l.yx, inverse.xx * l.xy + inverse.xy * l.yy,
-                 inverse.yx * l.xx + inverse.yy * l.yx, inverse.yx * l.xy + inverse.yy * l.yy, inverse.zz * l.zz};
+        if constexpr (seen != SeenBy::end)
+            l = times(inverse(f), l);
+        if constexpr (seen == SeenBy::half_step)
+            l = times(inverse(-1.0 * a), over(l, a));
         if constexpr (geometry == Geometry::plane_stress) { // sigma_zz = 0
             const double* const z = t.entry[2];
             l.zz = -(z[0] * l.xx + z[1] * l.xy + z[2] * l.yx + z[3] * l.yy) / z[4];
-            change.zz = rates ? l.zz : (1.0 + f.zz) * l.zz;
+            change.zz = seen == SeenBy::rates ? l.zz : (1.0 + f.zz) * l.zz;
             volumetric += change.zz / (1.0 + f.zz);
         }
         double d[4];

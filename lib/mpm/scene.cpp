@@ -137,6 +137,9 @@ void check_rigid_body(const RigidBody& body, const Grid& g) {
 } // namespace
 
 void check_internal(const Scene& scene, const Particles& particles) {
+    if (scene.affine && particles.affine.empty())
+        throw InputError("the transfers are affine, and the particles have no room for affine velocities: use "
+                         "Particles::provide_affine()");
     for (const Material& material : scene.materials)
         if (const std::size_t wanted = material.law->variables().size(); particles.internal.size() < wanted)
             throw InputError(fmt::format("a law of the scene has {} internal variables, the particles have room for {}: use "

@@ -34,6 +34,8 @@ struct Scene {
     /// Jaumann's rate: the stress turns with the material. Without it strains and rotations must be small.
     bool finite_rotation = true;
     BodyForce body_force = {}; ///< none if empty
+    /// Affine transfers, see Discretisation. Otherwise those of the paper.
+    bool affine = false;
 };
 
 /// Whether the stress depends linearly on the velocity, for any state: one linear solve is an implicit step.
@@ -53,7 +55,8 @@ struct Scene {
 [[nodiscard]] std::vector<MaterialNumbers> material_numbers(const Scene& scene, const Particles& particles,
                                                             std::span<const RigidBody> rigid_bodies);
 
-/// Throws InputError unless the particles have room for the internal variables of every law.
+/// Throws InputError unless the particles have room for the internal variables of every law, and for affine velocities where the
+/// transfers are affine.
 void check_internal(const Scene& scene, const Particles& particles);
 
 /// Throws InputError, naming the particle or the rigid body and what is wrong with it, unless a run can start from here: the grid

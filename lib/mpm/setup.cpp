@@ -23,8 +23,6 @@ io::OptionHelp optional(std::string meaning, std::string units = {}, io::Limits 
     return {.group = {}, .meaning = std::move(meaning), .units = std::move(units), .allowed = allowed};
 }
 
-/// The value of a key, parsed from the TOML that stands for it.
-
 void declare_shape(io::Keys& keys, Shape& shape, io::OptionHelp help) {
     keys.toml(
         "shape", help,
@@ -33,11 +31,13 @@ void declare_shape(io::Keys& keys, Shape& shape, io::OptionHelp help) {
         [&shape] { return shape.toml(); }, [&shape](const std::string& toml) { shape = read_shape(value_of(toml)); });
 }
 
-/// Two numbers, or none.
-void declare_pair(io::Keys& keys, const char* key, std::vector<double>& pair, const io::OptionHelp& help) {
+/// So many numbers, or none.
+void declare_numbers(io::Keys& keys, const char* key, std::vector<double>& numbers, std::size_t count,
+                     const io::OptionHelp& help) {
     keys.toml(
-        key, help, "two numbers", [&pair] { return pair.empty() ? "" : io::toml_array(pair); },
-        [&pair](const std::string& toml) { pair = read_numbers(value_of(toml), 2); });
+        key, help, count == 2 ? "two numbers" : "three numbers",
+        [&numbers] { return numbers.empty() ? "" : io::toml_array(numbers); },
+        [&numbers, count](const std::string& toml) { numbers = read_numbers(value_of(toml), count); });
 }
 
 Velocity velocity_of(const std::string& toml) {
@@ -87,8 +87,9 @@ void declare(io::Keys& keys, Setup::Deformable& body, const std::vector<std::str
             return io::toml_array({body.velocity.u, body.velocity.v});
         },
         [&body](const std::string& toml) { body.velocity = velocity_of(toml); });
-    declare_pair(keys, "axial-mode", body.axial_mode,
-                 optional("speed and length: a velocity speed sin(pi x/(2 length)) in x besides", "m/s, m"));
+    declare_numbers(keys, "spin", body.spin, 3, optional("angular velocity, and x and y of its centre", "1/s, m, m"));
+    declare_numbers(keys, "axial-mode", body.axial_mode, 2,
+                    optional("speed and length: a velocity speed sin(pi x/(2 length)) in x besides", "m/s, m"));
     keys.option("particles-per-side", body.particles_per_side,
                 optional("along a cell's side; 0: as the option of this name", "", io::between(0, 100)));
     keys.number_or_auto(
@@ -227,6 +228,19 @@ void add(Problem& problem, const Setup& setup, const Setup::Deformable& body, co
         add_body(particles, added, problem.scene);
     else
         add_particles(particles, added, body.particles, problem.scene);
+    if (!body.spin.empty()) {
+        if (problem.scene.geometry == Geometry::axisymmetric)
+            throw InputError(
+                fmt::format("the body '{}' spins in the plane of an axisymmetric scene, which it cannot", body.name));
+        for (std::size_t p = first; p < particles.size(); ++p) {
+            particles.velocity_x[p] -= body.spin[0] * (particles.y[p] - body.spin[2]);
+            particles.velocity_y[p] += body.spin[0] * (particles.x[p] - body.spin[1]);
+            if (problem.scene.affine) {
+                particles.affine[1][p] = -body.spin[0];
+                particles.affine[2][p] = body.spin[0];
+            }
+        }
+    }
     if (!body.axial_mode.empty())
         for (std::size_t p = first; p < particles.size(); ++p)
             particles.velocity_x[p] +=
@@ -246,7 +260,7 @@ void visit(io::Tables& tables, Setup& setup) {
     tables.list("rigid-bodies", "Rigid bodies, which move as prescribed", setup.rigid_bodies,
                 [](io::Keys& keys, Setup::Rigid& body) { declare(keys, body); });
     tables.table("body-force", "Gravity and the like", [&](io::Keys& keys) {
-        declare_pair(keys, "acceleration", setup.acceleration, optional("of every particle", "m/s^2"));
+        declare_numbers(keys, "acceleration", setup.acceleration, 2, optional("of every particle", "m/s^2"));
     });
     tables.list("observables", "Columns of history.csv besides those that every scene has: factor * quantity + offset",
                 setup.observables, [](io::Keys& keys, Setup::Measure& measure) { declare(keys, measure); });
@@ -272,7 +286,8 @@ Problem make_problem(const Setup& setup, const Options& options) {
                               .bottom = box.bottom,
                               .sides = setup.sides},
                      .shape = options.shape,
-                     .finite_rotation = box.finite_rotation};
+                     .finite_rotation = box.finite_rotation,
+                     .affine = options.affine};
     check_names(names_of(setup.bodies), "bodies");
     check_names(names_of(setup.rigid_bodies), "rigid bodies");
     check_names(names_of(setup.observables), "observables");

@@ -28,6 +28,7 @@ struct Setup {
         Shape shape = {};
         std::filesystem::path particles = {}; ///< see add_particles(); empty: those of the shape
         Velocity velocity = {};
+        std::vector<double> spin = {};       ///< empty, or angular velocity and centre: a velocity besides
         std::vector<double> axial_mode = {}; ///< empty, or speed and length: u = speed sin(pi x/(2 length)) besides
         int particles_per_side = 0;          ///< of a cell; 0: --particles-per-side
         std::string internal = "auto";       ///< internal variable at the start; auto: that of the law

@@ -4,6 +4,7 @@
 #include <ductile/mpm/grid.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace ductile::mpm {
@@ -25,7 +26,10 @@ struct CellLine {
 /// - `stored`: numbers a direction that a particle keeps for a step;
 /// - `store(xi, cell, line, half_width/h, numbers)` computes them; `expand(numbers, 1/h)` turns them into values and
 /// derivatives;
-/// - `smooth`: whether the derivatives are continuous.
+/// - `smooth`: whether the derivatives are continuous;
+/// - `spacing(first, line)`: how far apart, in cells, the places of the nodes are where a velocity that is linear in space has
+/// the
+///   value of the node: those that make sum N_i x_i = x.
 template <int Support> struct Factors {
     double w[Support];  ///< N
     double dw[Support]; ///< dN/dx [1/m]
@@ -37,6 +41,7 @@ struct Linear {
     static constexpr bool smooth = false;
     static constexpr int nodes(CellLine line) { return line.cells + 1; }
     static int first(double, int cell, CellLine) { return cell; }
+    static std::array<double, 1> spacing(int, CellLine) { return {1.0}; }
 
     static void store(double xi, int, CellLine, double, double* stored_numbers) { stored_numbers[0] = xi; }
     [[gnu::DUCTILE_ALWAYS_INLINE]] static Factors<2> expand(const double* stored_numbers, double inverse_h) {
@@ -66,6 +71,8 @@ struct Gimp : ThreeNodes {
         const int reached = reached_from(xi, cell, line);
         return reached < 0 ? line.cells - 1 : reached;
     }
+
+    static std::array<double, 2> spacing(int, CellLine) { return {1.0, 1.0}; }
 
     static void store(double xi, int cell, CellLine line, double half_width_over_h, double* s) {
         const double place = cell + xi;
@@ -115,6 +122,11 @@ struct BSpline : ThreeNodes {
     static constexpr int nodes(CellLine line) { return line.cells + 2; }
     static int first(double, int cell, CellLine) { return cell; }
 
+    /// The places are the means of two inner knots: half a cell from the first and from the last.
+    static std::array<double, 2> spacing(int first, CellLine line) {
+        return {first == 0 && !line.periodic ? 0.5 : 1.0, first == line.cells - 1 && !line.periodic ? 0.5 : 1.0};
+    }
+
     static void store(double xi, int cell, CellLine line, double, double* s) {
         // Cox-de Boor with the knots a <= 0, 1 <= b around the cell [0, 1]: a = -1, b = 2 but at the ends
         const double a = cell == 0 && !line.periodic ? 0.0 : -1.0, b = cell == line.cells - 1 && !line.periodic ? 1.0 : 2.0;
@@ -127,5 +139,37 @@ struct BSpline : ThreeNodes {
         s[4] = -s[3] - s[5];
     }
 };
+
+/// Where the nodes are that a particle sees, from there: they make sum N_i o_i = 0.
+template <std::size_t n>
+[[gnu::DUCTILE_ALWAYS_INLINE]] inline std::array<double, n + 1> offsets(const Factors<int(n) + 1>& f,
+                                                                        const std::array<double, n>& spacing) {
+    std::array<double, n + 1> o{};
+    double mean = 0.0;
+    for (std::size_t k = 1; k <= n; ++k) {
+        o[k] = o[k - 1] + spacing[k - 1];
+        mean += f.w[k] * o[k];
+    }
+    for (double& place : o)
+        place -= mean;
+    return o;
+}
+
+/// The factors whose derivatives find the gradient by moving least squares, N_i o_i/sum N_i o_i^2; beside a side of the grid,
+/// where that has nothing to divide by, and with hat functions, where they are the same, those of the functions. Offsets in
+/// metres.
+template <std::size_t n>
+[[gnu::DUCTILE_ALWAYS_INLINE]] inline Factors<int(n)> least_squares(const Factors<int(n)>& f, const std::array<double, n>& o) {
+    if constexpr (n == 2)
+        return f;
+    double moment = 0.0;
+    for (std::size_t k = 0; k < n; ++k)
+        moment += f.w[k] * o[k] * o[k];
+    const double cell = o[n - 1] - o[0];
+    Factors<int(n)> result = f;
+    for (std::size_t k = 0; k < n && moment > 0.01 * cell * cell; ++k)
+        result.dw[k] = f.w[k] * o[k] / moment;
+    return result;
+}
 
 } // namespace ductile::mpm

@@ -18,6 +18,9 @@ namespace ductile::mpm {
 /// kappa = 1 for explicit and implicit steps, 1/2 for the midpoint rule, which so loses dv . (M - M_c) dv/2 alone; in the
 /// momentum form w - v^k = kappa M^-1 M_c dv, and N = (kappa - 1/2) dv . M_c dv + L. Without inertia K and dv stay out, N = L.
 ///
+/// Affine transfers let the particles' velocities, and with them K, jump to the nodes' (Discretisation): the same balance with
+/// R = -dt sum over held nodes of (F + add_held_force()) . w is N = sum w . M (v^L - v) - dK + L, v what the particles map to.
+///
 /// U is not a function of the stress: the elastic energy sum V sigma : C^-1 : sigma/2 and what plastic flow dissipates differ
 /// from it by what Jaumann's rate makes of a change of volume, -(elastic energy) per volume and volume change.
 struct StepEnergies {

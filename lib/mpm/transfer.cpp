@@ -272,10 +272,33 @@ template <class Shape> void Transfer<Shape>::map_velocities(const Particles& par
             nodes_.velocity[2 * run.node[k] + 1] += sum_y[k];
         }
     });
+    if (!particles.affine.empty())
+        add_affine(particles);
     for (std::size_t n = 0; n < nodes_.count(); ++n) {
         nodes_.velocity[2 * n] /= nodes_.mass[n];
         nodes_.velocity[2 * n + 1] /= nodes_.mass[n];
     }
+}
+
+/// The momenta m C (x_i - x_p) besides.
+template <class Shape> void Transfer<Shape>::add_affine(const Particles& particles) {
+    for_each_run([&](const Run& run) {
+        double sum_x[seen] = {}, sum_y[seen] = {};
+        for (auto p = static_cast<std::size_t>(run.begin); p < static_cast<std::size_t>(run.end); ++p) {
+            const Factors<support> fx = factors_x(p), fy = factors_y(p);
+            const auto ox = offsets_x(run, fx), oy = offsets_y(run, fy);
+            for (int j = 0; j < support; ++j)
+                for (int i = 0; i < support; ++i) {
+                    const double mass = particles.mass[p] * fx.w[i] * fy.w[j];
+                    sum_x[j * support + i] += mass * (particles.affine[0][p] * ox[i] + particles.affine[1][p] * oy[j]);
+                    sum_y[j * support + i] += mass * (particles.affine[2][p] * ox[i] + particles.affine[3][p] * oy[j]);
+                }
+        }
+        for (int k = 0; k < seen; ++k) {
+            nodes_.velocity[2 * run.node[k]] += sum_x[k];
+            nodes_.velocity[2 * run.node[k] + 1] += sum_y[k];
+        }
+    });
 }
 
 template <class Shape>
@@ -305,7 +328,10 @@ void Transfer<Shape>::hold(std::size_t component, double velocity, std::int32_t 
     nodes_.holds.push_back({static_cast<std::int32_t>(component), holder});
 }
 
-template <class Shape> void Transfer<Shape>::prescribe(std::span<const RigidBody> rigid_bodies, double time, double dt) {
+template <class Shape>
+void Transfer<Shape>::prescribe(std::span<const RigidBody> rigid_bodies, double time, double dt, bool affine) {
+    if (affine)
+        nodes_.mapped = nodes_.velocity;
     nodes_.prescribed.assign(2 * nodes_.count(), 0);
     nodes_.holds.clear();
     touched_by_.assign(nodes_.count(), -1);
@@ -384,7 +410,7 @@ void Transfer<Shape>::prepare(Particles& particles, std::span<const RigidBody> r
     number_nodes();
     number_runs(particles);
     map_velocities(particles);
-    prescribe(rigid_bodies, time, dt);
+    prescribe(rigid_bodies, time, dt, !particles.affine.empty());
 }
 
 template <class Shape> std::size_t Transfer<Shape>::memory_bytes() const {

@@ -93,6 +93,19 @@ public:
     [[gnu::DUCTILE_ALWAYS_INLINE]] Factors<support> factors_y(std::size_t p) const {
         return Shape::expand(&weights_[2 * Shape::stored * p + Shape::stored], inverse_dy_);
     }
+    /// Places of the nodes that a particle of a run sees, from it [m].
+    [[gnu::DUCTILE_ALWAYS_INLINE]] auto offsets_x(const Run& run, const Factors<support>& f) const {
+        auto spacing = Shape::spacing(run.first % nodes_x_, line_x_);
+        for (double& s : spacing)
+            s *= grid_.dx();
+        return offsets(f, spacing);
+    }
+    [[gnu::DUCTILE_ALWAYS_INLINE]] auto offsets_y(const Run& run, const Factors<support>& f) const {
+        auto spacing = Shape::spacing(run.first / nodes_x_, line_y_);
+        for (double& s : spacing)
+            s *= grid_.dy();
+        return offsets(f, spacing);
+    }
     [[nodiscard]] std::size_t memory_bytes() const;
 
 private:
@@ -118,7 +131,8 @@ private:
     void number_nodes();
     void number_runs(const Particles& particles);
     void map_velocities(const Particles& particles);
-    void prescribe(std::span<const RigidBody> rigid_bodies, double time, double dt);
+    void add_affine(const Particles& particles);
+    void prescribe(std::span<const RigidBody> rigid_bodies, double time, double dt, bool affine);
     void hold(std::size_t component, double velocity, std::int32_t holder, std::span<const RigidBody> rigid_bodies);
 
     Grid grid_;

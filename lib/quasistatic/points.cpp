@@ -92,7 +92,8 @@ mpm::Problem make_problem(const PointsOptions& options) {
                               .sides = {.left = mpm::SideCondition::periodic, .right = mpm::SideCondition::periodic}},
                      .shape = options.points.shape,
                      .materials = {{make_law(o.material, si_units)}},
-                     .finite_rotation = o.model == Model::full};
+                     .finite_rotation = o.model == Model::full,
+                     .affine = options.points.affine};
     const mpm::Grid& grid = problem.scene.grid;
     mpm::Particles& particles = problem.start.particles;
     mpm::add_body(particles,
