@@ -36,7 +36,8 @@ struct ImplicitScheme {
 /// f, the stress and J are functions of u alone: nothing here changes a particle.
 class MomentumBalance {
 public:
-    /// Throws InputError for mu outside [0, 1], for a quasi-static momentum form or affine transfer, which has no momentum, and as check() does.
+    /// Throws InputError for mu outside [0, 1], for a quasi-static momentum form or affine transfer, which has no momentum, and
+    /// as check() does.
     MomentumBalance(const Scene& scene, const ImplicitScheme& scheme);
 
     /// Takes the particles and the step.
