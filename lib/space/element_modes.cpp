@@ -13,7 +13,7 @@ namespace ductile {
 
 namespace {
 
-constexpr int lanes = Pack::register_size;
+constexpr int register_modes = Pack::register_size;
 
 /// The same for real and imaginary parts.
 [[gnu::DUCTILE_ALWAYS_INLINE]] inline Pack load_twice(const double* p) {
@@ -59,7 +59,7 @@ private:
 
 ElementModes::ElementModes(const PeriodicLine& x, const ElementLine& y, const IsotropicElasticity& elasticity)
     : points_(x.points()), padded_(x.padded()), rows_(y.elements() * y.degree), degree_(y.degree),
-      blocks_((x.modes() + lanes - 1) / lanes) {
+      blocks_((x.modes() + register_modes - 1) / register_modes) {
     const auto m = static_cast<std::size_t>(points_), n = static_cast<std::size_t>(padded_);
     const auto width = static_cast<std::size_t>(blocks_) * pack_size;
     for (auto* matrix : {&u_to_modes_, &w_to_modes_})
@@ -73,7 +73,8 @@ ElementModes::ElementModes(const PeriodicLine& x, const ElementLine& y, const Is
                 2.0 * std::numbers::pi * static_cast<double>(i % m * static_cast<std::size_t>(mode) % m) / points_;
             const double cosine = std::cos(angle), sine = std::sin(angle);
             const double share = (mode == 0 || 2 * mode == points_ ? 1.0 : 2.0) / points_;
-            const auto re = static_cast<std::size_t>(mode / lanes * pack_size + mode % lanes), im = re + lanes;
+            const auto re = static_cast<std::size_t>(mode / register_modes * pack_size + mode % register_modes),
+                       im = re + register_modes;
             u_to_nodes_[re * n + i] = w_to_nodes_[im * n + i] = share * cosine;
             u_to_nodes_[im * n + i] = -share * sine;
             w_to_nodes_[re * n + i] = share * sine;
@@ -86,9 +87,9 @@ ElementModes::ElementModes(const PeriodicLine& x, const ElementLine& y, const Is
     for (int row = 0; row < unknowns(); ++row)
         entries_ += static_cast<std::size_t>(row - first(row) + 1);
     // unused lanes divide by nothing
-    factors_.assign(static_cast<std::size_t>(blocks_) * entries_ * lanes, 0.0);
-    wall_couplings_.assign(static_cast<std::size_t>(2 * blocks_ * degree_ * 4 * lanes), 0.0);
-    values_.assign(static_cast<std::size_t>(blocks_ * unknowns() * pack_size), 0.0);
+    factors_.assign(static_cast<std::size_t>(blocks_) * entries_ * register_modes, 0.0);
+    wall_couplings_.assign(static_cast<std::size_t>(2 * blocks_) * static_cast<std::size_t>(degree_ * 4 * register_modes), 0.0);
+    values_.assign(static_cast<std::size_t>(blocks_) * static_cast<std::size_t>(unknowns() * pack_size), 0.0);
     wall_values_.assign(static_cast<std::size_t>(2 * blocks_ * 2 * pack_size), 0.0);
     for_each_task(blocks_, [&](int block) { factorise(x, y, elasticity, block); });
 }
@@ -104,13 +105,13 @@ void ElementModes::factorise(const PeriodicLine& x, const ElementLine& y, const 
     for (int row = 0; row < n; ++row)
         start.push_back(row == 0 ? 0 : start.back() + static_cast<std::size_t>(row - first(row - 1)));
     const auto size = static_cast<std::size_t>(degree_);
-    for (int lane = 0; lane < lanes && block * lanes + lane < x.modes(); ++lane) {
+    for (int lane = 0; lane < register_modes && block * register_modes + lane < x.modes(); ++lane) {
         std::vector<double> a(entries_, 0.0); // the lower triangle, then L and D
         const auto at = [&](int row, int column) -> double& {
             return a[start[static_cast<std::size_t>(row)] + static_cast<std::size_t>(column - first(row))];
         };
         for (int e = 0; e < y.elements(); ++e) {
-            const ElementStiffness k(x, y, elasticity, block * lanes + lane, e);
+            const ElementStiffness k(x, y, elasticity, block * register_modes + lane, e);
             for (std::size_t l = 0; l <= size; ++l)
                 for (std::size_t other = 0; other <= l; ++other)
                     for (const int c : {0, 1})
@@ -129,7 +130,7 @@ void ElementModes::factorise(const PeriodicLine& x, const ElementLine& y, const 
                             const std::size_t node = wall == 0 ? l + 1 : l, beyond = wall == 0 ? 0 : size;
                             const std::size_t to = ((static_cast<std::size_t>(wall * blocks_ + block) * size + l) * 4 +
                                                     static_cast<std::size_t>(2 * c + d)) *
-                                                       lanes +
+                                                       register_modes +
                                                    static_cast<std::size_t>(lane);
                             wall_couplings_[to] = k(node, c, beyond, d);
                         }
@@ -150,11 +151,11 @@ void ElementModes::factorise(const PeriodicLine& x, const ElementLine& y, const 
             }
             at(row, row) = pivot;
         }
-        double* const target = factors_.data() + static_cast<std::size_t>(block) * entries_ * lanes + lane;
+        double* const target = factors_.data() + static_cast<std::size_t>(block) * entries_ * register_modes + lane;
         for (int row = 0; row < n; ++row)
             for (int column = first(row); column <= row; ++column) {
                 const std::size_t entry = start[static_cast<std::size_t>(row)] + static_cast<std::size_t>(column - first(row));
-                target[entry * lanes] = column == row ? 1.0 / a[entry] : a[entry];
+                target[entry * register_modes] = column == row ? 1.0 / a[entry] : a[entry];
             }
     }
 }
@@ -190,17 +191,19 @@ void ElementModes::apply_walls(const VectorField& field) {
                 if (node < 1 || node >= rows_)
                     continue; // the other wall
                 const double* const k =
-                    wall_couplings_.data() + static_cast<std::ptrdiff_t>(((wall * blocks_ + block) * degree_ + l) * 4) * lanes;
+                    wall_couplings_.data() +
+                    static_cast<std::ptrdiff_t>(((wall * blocks_ + block) * degree_ + l) * 4) * register_modes;
                 double* const x = modes_of(block, node);
-                store(load(x) - load_twice(k) * u - load_twice(k + lanes) * w, x);
-                store(load(x + pack_size) - load_twice(k + 2 * lanes) * u - load_twice(k + 3 * lanes) * w, x + pack_size);
+                store(load(x) - load_twice(k) * u - load_twice(k + register_modes) * w, x);
+                store(load(x + pack_size) - load_twice(k + 2 * register_modes) * u - load_twice(k + 3 * register_modes) * w,
+                      x + pack_size);
             }
         }
 }
 
 void ElementModes::substitute(int block) {
     double* const x = modes_of(block, 1);
-    const double* const begin = factors_.data() + static_cast<std::size_t>(block) * entries_ * lanes;
+    const double* const begin = factors_.data() + static_cast<std::size_t>(block) * entries_ * register_modes;
     const double* entry = begin;
     for (int row = 0; row < unknowns(); ++row) {
         // four sums, so that they need not wait for each other
@@ -210,25 +213,25 @@ void ElementModes::substitute(int block) {
         int k = 0;
         for (; k + 4 <= length; k += 4)
             for (int s = 0; s < 4; ++s)
-                sum[s] = sum[s] - load_twice(entry + (k + s) * lanes) * load(known + (k + s) * pack_size);
+                sum[s] = sum[s] - load_twice(entry + (k + s) * register_modes) * load(known + (k + s) * pack_size);
         for (; k < length; ++k)
-            sum[0] = sum[0] - load_twice(entry + k * lanes) * load(known + k * pack_size);
+            sum[0] = sum[0] - load_twice(entry + k * register_modes) * load(known + k * pack_size);
         store((sum[0] + sum[1]) + (sum[2] + sum[3]), x + row * pack_size);
-        entry += (length + 1) * lanes;
+        entry += (length + 1) * register_modes;
     }
     const double* diagonal = begin;
     for (int row = 0; row < unknowns(); ++row) {
-        diagonal += (row - first(row)) * lanes;
+        diagonal += (row - first(row)) * register_modes;
         store(load_twice(diagonal) * load(x + row * pack_size), x + row * pack_size);
-        diagonal += lanes;
+        diagonal += register_modes;
     }
     for (int row = unknowns() - 1; row >= 0; --row) {
         const int length = row - first(row);
-        entry -= (length + 1) * lanes;
+        entry -= (length + 1) * register_modes;
         const Pack solved = load(x + row * pack_size);
         double* const waiting = x + static_cast<std::ptrdiff_t>(first(row)) * pack_size;
         for (int k = 0; k < length; ++k)
-            store(load(waiting + k * pack_size) - load_twice(entry + k * lanes) * solved, waiting + k * pack_size);
+            store(load(waiting + k * pack_size) - load_twice(entry + k * register_modes) * solved, waiting + k * pack_size);
     }
 }
 
