@@ -66,8 +66,10 @@ def reference_option(p):
 
 def command(program, options):
     """`program` may be a list of words: a program and a scene file."""
-    return [str(word) for word in (program if isinstance(program, list) else [program])] + [
-        f"--{name}={value}" for name, value in options.items()]
+    words = [str(word) for word in (program if isinstance(program, list) else [program])]
+    for name, value in options.items():
+        words += [f"--{name}", ""] if value == "" else [f"--{name}={value}"]
+    return words
 
 
 def canonical(value):
