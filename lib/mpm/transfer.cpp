@@ -314,12 +314,12 @@ void Transfer<Shape>::hold(std::size_t component, double velocity, std::int32_t 
                 return h < 0 ? fmt::format("the {} side of the grid", sides[-h - 1])
                              : fmt::format("the rigid body '{}'", rigid_bodies[static_cast<std::size_t>(h)].name);
             };
-            const int node = nodes_.lattice[component / 2];
+            const int node = nodes_.lattice[component / 2], row = node / nodes_x_;
             throw RunError(fmt::format(
                 "{} and {} hold one node, near ({:.6g}, {:.6g}) m, at different velocities in {}, {:g} and {:g} m/s: end the run "
                 "before they come so near to each other, use smaller cells, or let one of them slip",
-                name(other->holder), name(holder), grid_.left + node % nodes_x_ * grid_.dx(),
-                grid_.bottom + node / nodes_x_ * grid_.dy(), component % 2 == 0 ? "x" : "y", prescribed, velocity));
+                name(other->holder), name(holder), grid_.left + node % nodes_x_ * grid_.dx(), grid_.bottom + row * grid_.dy(),
+                component % 2 == 0 ? "x" : "y", prescribed, velocity));
         }
         velocity = std::max(velocity, prescribed); // the same bits in any order of the bodies
     }
