@@ -219,7 +219,8 @@ TEST_CASE("every scene file runs") {
         for (const auto& warning : summary.at("warnings")) {
             const auto sentence = warning.get<std::string>();
             const bool known = contains(sentence, "beyond the end") || contains(sentence, "the steps have damped") ||
-                               contains(sentence, "are lost in steps") || contains(sentence, "the finest scales of the space") || contains(sentence, "holds nodes half a cell beyond");
+                               contains(sentence, "are lost in steps") || contains(sentence, "the finest scales of the space") ||
+                               contains(sentence, "holds nodes half a cell beyond");
             CHECK_MESSAGE(known, sentence);
         }
     }
