@@ -256,15 +256,12 @@ TEST_CASE("a disk spins by the midpoint rule and affine transfers without loss; 
     };
     for (const ShapeFunction shape : all_shapes) {
         CAPTURE(static_cast<int>(shape));
-        const auto [momentum, change] = spin(shape, true);
-        CAPTURE(momentum);
-        CAPTURE(change);
-        CHECK(std::abs(momentum) < 5e-4);
-        CHECK(std::abs(change) < 5e-4);
-        const auto [lost, energy] = spin(shape, false);
-        CAPTURE(lost);
-        CAPTURE(energy);
-        CHECK(lost < -0.01);
+        const std::array affine = spin(shape, true), papers = spin(shape, false); // changes of momentum and energy
+        CAPTURE(affine);
+        CAPTURE(papers);
+        CHECK(std::abs(affine[0]) < 5e-4);
+        CHECK(std::abs(affine[1]) < 5e-4);
+        CHECK(papers[0] < -0.01);
     }
 }
 
