@@ -276,6 +276,35 @@ TEST_SUITE("elements") {
         fill_cells(*space, exact.stress.q, [&](double x, double y) { return -c.shear_modulus / 3.0 * (ux(x, y) + vy(x, y)); });
         for (int f = 0; f < 4; ++f)
             CHECK(largest_difference(rate.field(f), exact.field(f)) < 1e-10);
+        Field u(rectangle.cells_y, rectangle.cells_x), v = u, exact_u = u, exact_v = u;
+        space->at_points(velocity, u, v);
+        fill_cells(*space, exact_u, [&](double x, double y) { return std::sin(k * x) * (1.0 - y * y); });
+        fill_cells(*space, exact_v, [&](double x, double y) { return 0.4 * std::cos(2.0 * k * x) * y * (1.0 - y * y); });
+        CHECK(largest_difference(u, exact_u) < 1e-12);
+        CHECK(largest_difference(v, exact_v) < 1e-12);
+    }
+
+    TEST_CASE_FIXTURE(fields::OneThread,
+                      "means, norms and energies are integrals, and Courant numbers those of the narrowest rows") {
+        const auto space = elements_on({.degree = 6, .edges = unequal});
+        CellState cells = space->make_cells();
+        fill_cells(*space, cells.stress.tau, [](double, double y) { return y * y; }); // between y = -1 and 1
+        const double scale = fields::glass_law->variables()[0].natural_scale();
+        fill_cells(*space, cells.internal[0], [&](double, double y) { return scale * 3.0 * y; });
+        const CombinationNorm norm = space->norm(std::array{Space::Term{&cells, 1.0}});
+        CHECK(norm.stress == doctest::Approx(std::sqrt(2.0 / 5.0)).epsilon(1e-12));
+        CHECK(norm.internal == doctest::Approx(3.0 / std::sqrt(3.0)).epsilon(1e-12));
+        const Observables seen = space->observe(cells);
+        CHECK(seen.wall_traction == doctest::Approx(1.0 / 3.0).epsilon(1e-12));
+        CHECK(seen.elastic_energy ==
+              doctest::Approx(0.5 / fields::metallic_glass.shear_modulus / 5.0 * rectangle.area()).epsilon(1e-12));
+        VectorField velocity = space->make_velocity();
+        const VectorField guess = velocity;
+        fill_nodes(*space, velocity.v, [](double, double) { return 0.3; });
+        double narrowest = 1.0;
+        for (std::size_t j = 0; j + 1 < space->rows().node.size(); ++j)
+            narrowest = std::min(narrowest, rectangle.dy() * (space->rows().node[j + 1] - space->rows().node[j]));
+        CHECK(space->add_affine_and_compare({}, guess, velocity).courant_rate == doctest::Approx(0.3 / narrowest).epsilon(1e-12));
     }
 
     TEST_CASE_FIXTURE(fields::OneThread, "fields are carried along exactly in the space, and over edges from upwind") {

@@ -207,6 +207,9 @@ public:
         summary.extra["wall_work_J"] = passed.work * unit;
         summary.extra["plastic_dissipation_J"] = passed.dissipation * unit;
         summary.extra["transported_energy_J"] = passed.transport * unit;
+        const Unresolved unresolved = space_.unresolved(state_.cells);
+        summary.extra["unresolved_x"] = unresolved.x;
+        summary.extra["unresolved_y"] = unresolved.y;
         summary.extra["energy_error_of_work"] = watch_.relative_energy_error(elastic_energy, passed);
         if (const std::int64_t steps = total.at("inner_steps"); control_.steps_are_own() && steps > many_steps)
             summary.warnings.push_back(fmt::format(

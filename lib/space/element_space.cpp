@@ -94,7 +94,10 @@ public:
     void at_points(const VectorField& velocity, Field& u, Field& v) const override;
     [[nodiscard]] Interpolation interpolation(At at, const std::vector<double>& x, const std::vector<double>& y) const override;
     [[nodiscard]] std::size_t memory_bytes() const override {
-        return modes_.memory_bytes() + x_.memory_bytes() + edges_.size() * sizeof(double);
+        std::size_t numbers = edges_.size();
+        for (const auto& [x, y, jumps] : slopes_)
+            numbers += x.storage().size() + y.storage().size() + jumps.storage().size();
+        return modes_.memory_bytes() + x_.memory_bytes() + numbers * sizeof(double);
     }
 
 protected:
@@ -251,9 +254,11 @@ void ElementSpace::sweep(const CellState& cells, const VectorField& velocity, bo
                 close_row(elasticity, gradient_at, j, sources);
             kernel(j, sum_of(power));
         }
-        find_forces(sources.stress, factor, e, scratch, force);
+        if (factor != 0.0)
+            find_forces(sources.stress, factor, e, scratch, force);
     });
-    join_edges(force);
+    if (factor != 0.0)
+        join_edges(force);
 }
 
 void ElementSpace::find_forces(const StressField& stress, double factor, int e, const ElementScratch& s,

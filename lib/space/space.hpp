@@ -218,7 +218,7 @@ protected:
     /// What becomes of row j of the sources, where advection does the work `transport` a unit of time and of cell area.
     using RowKernel = FunctionRef<void(int j, double transport)>;
     /// In one pass: row after row of `sources` receives [elastic: C : D(v)] + [transported: spin - advection by v] of `cells`,
-    /// `kernel` makes of it what it wants, and `force` factor * B^T of the stress that comes out.
+    /// `kernel` makes of it what it wants, and `force`, unless the factor is 0, factor * B^T of the stress that comes out.
     virtual void sweep(const CellState& cells, const VectorField& velocity, bool elastic, CellState& sources, RowKernel kernel,
                        double factor, VectorField& force) = 0;
     /// The same of one field.

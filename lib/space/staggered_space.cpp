@@ -144,7 +144,11 @@ void StaggeredSpace::sweep(const CellState& cells, const VectorField& velocity, 
         kernel(j, store_row(grid(), medium().law->elasticity(), bends_, cells, velocity, j, sources));
     };
     (void)sweep_rows(
-        Rows{grid().cells_y, grid().cells_x}, 0, visit, [&](int j) { divergence_row(grid(), sources.stress, factor, j, force); },
+        Rows{grid().cells_y, grid().cells_x}, 0, visit,
+        [&](int j) {
+            if (factor != 0.0)
+                divergence_row(grid(), sources.stress, factor, j, force);
+        },
         [](int&, int) {});
 }
 
