@@ -178,6 +178,32 @@ TEST_CASE_FIXTURE(fields::OneThread, "a flow along x takes the plastic strain wi
         }
 }
 
+TEST_CASE_FIXTURE(fields::EachSpace, "what accumulates is carried along as a stress is that does not turn") {
+    const Scene scene = fields::scene_on({12, 10}, Model::full, {});
+    const auto space = fields::space_for(scene);
+    std::mt19937 engine(11);
+    VectorField velocity = space->make_velocity(), room = velocity;
+    fields::fill_randomly(velocity.u, engine, -1.0, 1.0);
+    fields::fill_randomly(velocity.v, engine, -1.0, 1.0);
+    CellState cells = space->make_cells(), rate = cells;
+    std::vector<Field> fields;
+    for (Field* field : {&cells.stress.p, &cells.stress.q}) {
+        fields::fill_smoothly(*field, engine, 0.3, 0.5);
+        fields.push_back(*field);
+    }
+    std::vector<Field> rates(2, rate.stress.p);
+    space->transport(cells, velocity, rate, room);
+    space->advect(fields, velocity, rates);
+    double largest = 0.0;
+    for (int j = 0; j < 10; ++j)
+        for (int i = 0; i < 12; ++i) {
+            CHECK(rates[0](i, j) == Approx(rate.stress.p(i, j)).scale(1.0).epsilon(1e-13));
+            CHECK(rates[1](i, j) == Approx(rate.stress.q(i, j)).scale(1.0).epsilon(1e-13));
+            largest = std::max(largest, std::abs(rates[0](i, j)));
+        }
+    CHECK(largest > 0.1);
+}
+
 TEST_CASE_FIXTURE(fields::OneThread, "a state within a piece is shown as if the step ended there, and changes nothing") {
     const Scene scene = fields::scene_on({6, 5}, Model::full, {1e-3, 2e-4});
     const auto space = fields::space_for(scene);

@@ -33,9 +33,11 @@ MUTATIONS = (
       "numerator = by_here * by_here;", "numerator = by_upwind * by_upwind;", ("transport",)),
     # --- what accumulates on the grid
     M("accumulation: what is carried along with a sign", STATIC + "accumulation.cpp",
-      "Term{&carried_, dt}}, y);", "Term{&carried_, -dt}}, y);", ("accumulation",)),
+      "advance(dt, &carried_, y);", "advance(-dt, &carried_, y);", ("accumulation",)),
     M("accumulation: the plastic strain of simple shear, not the equivalent one", SPACE + "space.cpp",
       "std::numbers::inv_sqrt3 / medium_", "1.0 / medium_", ("accumulation", "snapshot_fields")),
+    M("accumulation: carried along by u for v and v for u", SPACE + "staggered_space.cpp",
+      "fields[k].stride(), u, v,", "fields[k].stride(), v, u,", ("accumulation",)),
     # --- elements
     M("elements: K couples u and w with beta of the other sign", SPACE + "element_modes.cpp",
       "mu_ * cross_[b * n_ + a] - beta_", "mu_ * cross_[b * n_ + a] + beta_", ("elements",)),

@@ -2,6 +2,7 @@
 #pragma once
 #include <ductile/quasistatic/state.hpp>
 
+#include <array>
 #include <string>
 #include <utility>
 #include <vector>
@@ -19,10 +20,11 @@ struct Accumulated {
 /// in the reduced model, Eqs. (57), (58), without v . grad. There u is the way of the cell, in the full model that of the matter
 /// which is at x now and was at x - u.
 ///
-/// A piece of a step from a to b takes the trapezoidal rule for the right-hand sides r, and for what is carried along,
-/// A = -v . grad y as Space::transport() has it, its value in the middle, where y is found with that of the piece before:
-///   y_b = y_a + dt (r + A),   A = A(v, y_a + dt (r + A_before)/2),   r = (r_a + r_b)/2,   v = (v_a + v_b)/2,
-/// or, where a scheme knows the velocity in the middle of its steps (TimeStepper::leaves_velocity_of_middle), with that one.
+/// A piece of a step from a to b takes the trapezoidal rule for the rate of plastic strain, the mean of the velocities,
+/// v = (v_a + v_b)/2, or, where a scheme knows it (TimeStepper::leaves_velocity_of_middle), the one in the middle of its steps,
+/// and for what is carried along, A = -v . grad y as Space::advect() has it, the value in the middle, where y is found with that
+/// of the piece before:
+///   y_b = y_a + dt (r + A),   A = A(v, y_a + dt (r + A_before)/2),   r = ((r_a + r_b)/2, v).
 /// A piece is off by O(dt^3), all of them by O(dt^2); a cell that begins or ends to yield within a piece, or a velocity that
 /// jumps, adds O(dt^2) once. The plastic strain of matter that never flows is zero exactly, and in the reduced model it never
 /// falls.
@@ -46,25 +48,25 @@ public:
     [[nodiscard]] std::vector<std::pair<std::string, Field*>> named_fields();
 
 private:
-    // y, r and A lie in fields of cells that spin leaves alone, so that a space carries them along: e in p, u in q and one more
-    [[nodiscard]] static Accumulated view_of(const CellState& y) { return {y.stress.p, y.stress.q, y.internal[0]}; }
+    using Fields = std::array<Field, 3>; // e, u_x, u_y
+    [[nodiscard]] static Accumulated view_of(const Fields& y) { return {y[0], y[1], y[2]}; }
     /// The way from y_a to y_b, where `to` is, and what is known at b.
-    void lead(const CellState& from, const State& to, CellState& y);
+    void lead(const Fields& from, const State& to, Fields& y);
     /// What is known at b becomes what is known at a.
     void turn(const State& at);
 
     Scene scene_;
     Space& space_;
     bool velocity_of_middle_;
-    CellState now_, carried_;         // y at the last end(), and A of the last piece
-    CellState rates_, next_rates_;    // r_a, r_b
-    bool knows_rates_ = false;        // rates_ are those of now_, but for a velocity that jumps
-    CellState within_, shown_;        // y at the last pass(), and of at(): empty until needed
-    const CellState* from_ = nullptr; // y_a
-    double time_ = 0.0;               // at a
-    VectorField velocity_, middle_;   // v_a, v
-    CellState room_, predicted_;
-    VectorField force_;
+    Fields now_, carried_;          // y at the last end(), and A of the last piece
+    Field rate_, next_rate_;        // of plastic strain, r_a and r_b
+    bool knows_rate_ = false;       // rate_ is that of now_
+    Fields within_, shown_;         // y at the last pass(), and of at(): empty until needed
+    const Fields* from_ = nullptr;  // y_a
+    double time_ = 0.0;             // at a
+    VectorField velocity_, middle_; // v_a, v
+    Field velocity_x_, velocity_y_; // v where y lives
+    Fields predicted_;
 };
 
 } // namespace ductile::quasistatic

@@ -20,7 +20,7 @@ double length_unit(const Options& o) { return 0.5 * o.height; }
 /// libraries.
 double overhead_bytes(const Options& o) {
     const bool snapshots = !o.snapshots.empty() || o.snapshots_every > 0.0;
-    const double fields = !snapshots ? 0.0 : o.model == Model::full ? 45.0 : 33.0;
+    const double fields = !snapshots ? 0.0 : o.model == Model::full ? 34.0 : 25.0;
     return 8.0 * fields * o.cells.x * o.cells.y + 20e6;
 }
 

@@ -24,8 +24,7 @@ struct Derived {
 Derived derive(const Scene& scene, Space& space, const State& state) {
     Derived derived(scene.grid);
     const StressField& stress = state.cells.stress;
-    CellState room = space.make_cells();
-    space.plastic_strain_rate(state.cells, room, derived.plastic_rate);
+    space.plastic_strain_rate(state.cells, derived.plastic_rate);
     space.at_points(state.velocity, derived.velocity_x, derived.velocity_y);
     for (int j = 0; j < scene.grid.cells_y; ++j)
         for (int i = 0; i < scene.grid.cells_x; ++i) {

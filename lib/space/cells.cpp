@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <ductile/base/simd.hpp>
 #include <ductile/base/threads.hpp>
 #include <ductile/space/cells.hpp>
 #include <ductile/space/transport.hpp>
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 namespace ductile {
@@ -42,6 +44,21 @@ void copy_values(const Field& from, Field& to) {
     for (int j = 0; j < to.rows(); ++j)
         std::copy_n(from.row(j), to.columns(), to.row(j));
     to.wrap();
+}
+
+void combine(std::initializer_list<FieldTerm> terms, Field& out) {
+    assert(terms.size() <= 4);
+    std::array<FieldTerm, 4> all; // those without a field come to nothing
+    all.fill({terms.begin()->field, 0.0});
+    std::ranges::copy(terms, all.begin());
+    for_each_row({out.rows(), out.columns()}, [&](int j) {
+        const double *a = all[0].field->row(j), *b = all[1].field->row(j), *c = all[2].field->row(j), *d = all[3].field->row(j);
+        const Pack by_a(all[0].factor), by_b(all[1].factor), by_c(all[2].factor), by_d(all[3].factor);
+        double* const target = out.row(j);
+        for (int i = 0; i < out.columns(); i += pack_size)
+            store(by_a * load(a + i) + by_b * load(b + i) + (by_c * load(c + i) + by_d * load(d + i)), target + i);
+        out.wrap_row(j);
+    });
 }
 
 bool is_finite(const Field& field) {

@@ -6,6 +6,7 @@
 #include <ductile/space/field.hpp>
 
 #include <array>
+#include <initializer_list>
 #include <utility>
 #include <vector>
 
@@ -69,11 +70,17 @@ template <class Pointer> struct FlowRows {
 [[nodiscard]] FlowRows<double*> flow_rows(CellState& cells, int j, int i = 0);
 [[nodiscard]] FlowRows<const double*> flow_rows(const CellState& cells, int j, int i = 0);
 
-// a field at a time; the first two wrap it
+// a field at a time; the first three wrap it
 
 void set_all(Field& field, double value);
 /// Shapes are equal, ghost rows aside.
 void copy_values(const Field& from, Field& to);
+struct FieldTerm {
+    const Field* field = nullptr;
+    double factor = 0.0;
+};
+/// out = sum of terms, of which there are at most four; `out` may be one of them.
+void combine(std::initializer_list<FieldTerm> terms, Field& out);
 [[nodiscard]] bool is_finite(const Field& field);
 
 /// Adds the same to the stress of every cell.

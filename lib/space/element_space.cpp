@@ -92,6 +92,7 @@ public:
     [[nodiscard]] double wall_power(const StressField& stress, const Velocity& upper) const override;
     double correct(const VectorField& phi, const Velocity& wall, double dt, StressField& stress) override;
     void at_points(const VectorField& velocity, Field& u, Field& v) const override;
+    void advect(std::span<Field> fields, const VectorField& velocity, std::span<Field> rates) const override;
     [[nodiscard]] Interpolation interpolation(At at, const std::vector<double>& x, const std::vector<double>& y) const override;
     [[nodiscard]] std::size_t memory_bytes() const override {
         std::size_t numbers = edges_.size();
@@ -112,8 +113,10 @@ private:
         for_each_row(Rows{y_.elements(), y_.degree * x_.points()},
                      [&](int e) { visit(e, ElementScratch(y_.degree + 1, x_.padded())); });
     }
-    /// Of the velocity gradient at the stress points of an element, where velocity is wanted, too, that and v at its nodes.
+    /// Of the velocity gradient at the stress points of an element, where velocity is wanted, too, what find_velocity() finds.
     void find_gradients(const VectorField& velocity, int e, bool with_velocity, const ElementScratch& scratch) const;
+    /// At the stress points of an element, and at its nodes in y.
+    void find_velocity(const VectorField& velocity, int e, const ElementScratch& scratch) const;
     /// gradient_at(i) of stress row l of the element.
     [[nodiscard]] auto gradients_of_row(int e, int l, const ElementScratch& scratch) const {
         const double *ux = scratch.row(array::ux, l), *uy = scratch.row(array::uy, l), *vx = scratch.row(array::vx, l),
@@ -123,6 +126,8 @@ private:
                                           Pack(by_height) * load(vy + i)};
         };
     }
+    /// What carry() takes from the fields number 0 to count - 1.
+    void find_slopes(int count, FunctionRef<const Field&(int k)> field) const;
     /// rate = -(v . grad) f on the element's rows of field k, as prepared.
     void carry(int k, int e, const ElementScratch& scratch, Field& rate) const;
     /// f at the lower edge of an element less f of the element below there.
@@ -171,16 +176,29 @@ void ElementSpace::find_gradients(const VectorField& velocity, int e, bool with_
     }
 }
 
+void ElementSpace::find_velocity(const VectorField& velocity, int e, const ElementScratch& s) const {
+    const int p = y_.degree, n = p + 1, m = x_.points(), padded = x_.padded();
+    const RowsOf<const double> value{x_.value_at_cells(), padded}, value_y{y_.value.data(), n};
+    multiply(n, m, padded, {velocity.u.row(e * p), velocity.u.stride()}, value, s.rows(array::u_value));
+    multiply(n, m, padded, {velocity.v.row(e * p), velocity.v.stride()}, value, s.rows(array::v_value));
+    multiply(p, n, padded, value_y, s.from(array::u_value), s.rows(array::u));
+    multiply(p, n, padded, value_y, s.from(array::v_value), s.rows(array::v));
+}
+
 void ElementSpace::prepare_transport(CellState& cells) const {
+    find_slopes(cells.count(), [&](int k) -> const Field& { return cells.field(k); });
+}
+
+void ElementSpace::find_slopes(int count, FunctionRef<const Field&(int k)> field) const {
     const int p = y_.degree, padded = x_.padded();
-    slopes_.resize(std::max(slopes_.size(), static_cast<std::size_t>(cells.count())));
+    slopes_.resize(std::max(slopes_.size(), static_cast<std::size_t>(count)));
     for (Slopes& of_field : slopes_)
         if (of_field.x.rows() == 0)
             of_field = {Field(grid().cells_y, grid().cells_x), Field(grid().cells_y, grid().cells_x),
                         Field(y_.elements(), grid().cells_x)};
     for_each_element([&](int e, const ElementScratch&) {
-        for (int k = 0; k < cells.count(); ++k) {
-            const Field& f = cells.field(k);
+        for (int k = 0; k < count; ++k) {
+            const Field& f = field(k);
             auto& [x, y, jumps] = slopes_[static_cast<std::size_t>(k)];
             const RowsOf<const double> rows{f.row(e * p), f.stride()};
             multiply(p, x_.points(), padded, rows, {x_.slope_between_cells(), padded}, {x.row(e * p), x.stride()});
@@ -379,10 +397,20 @@ Unresolved ElementSpace::unresolved(const Field& field) const {
 
 void ElementSpace::at_points(const VectorField& velocity, Field& u, Field& v) const {
     for_each_element([&](int e, const ElementScratch& scratch) {
-        find_gradients(velocity, e, true, scratch);
+        find_velocity(velocity, e, scratch);
         for (int l = 0; l < y_.degree; ++l)
             for (const auto& [array, field] : {std::pair{array::u, &u}, std::pair{array::v, &v}})
                 std::copy_n(scratch.row(array, l), x_.points(), field->row(e * y_.degree + l));
+    });
+}
+
+void ElementSpace::advect(std::span<Field> fields, const VectorField& velocity, std::span<Field> rates) const {
+    const int count = static_cast<int>(fields.size());
+    find_slopes(count, [&](int k) -> const Field& { return fields[static_cast<std::size_t>(k)]; });
+    for_each_element([&](int e, const ElementScratch& scratch) {
+        find_velocity(velocity, e, scratch);
+        for (int k = 0; k < count; ++k)
+            carry(k, e, scratch, rates[static_cast<std::size_t>(k)]);
     });
 }
 

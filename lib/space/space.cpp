@@ -93,16 +93,24 @@ void Space::plastic_rate(const CellState& cells, CellState& rate) {
     rate.energy = sum_of_powers();
 }
 
-void Space::plastic_strain_rate(const CellState& cells, CellState& room, Field& rate) {
-    plastic_rate(cells, room); // of -2 mu D^pl, whose magnitude is sqrt(2) times this
-    const double factor = std::numbers::inv_sqrt3 / medium_.law->elasticity().shear_modulus;
+void Space::plastic_strain_rate(const CellState& cells, Field& rate) const {
+    constexpr int chunk = 8 * row_unit;
+    const Pack factor(std::numbers::inv_sqrt3 / medium_.law->elasticity().shear_modulus);
     for_each_row({grid_.cells_y, grid_.cells_x}, [&](int j) {
-        const auto row = flow_rows(std::as_const(room), j);
-        double* const out = rate.row(j);
-        for (int i = 0; i < grid_.cells_x; i += pack_size)
-            store(Pack(factor) * square_root(deviatoric_square(
-                                     std::array{load(row.row[0] + i), load(row.row[1] + i), load(row.row[2] + i)})),
-                  out + i);
+        std::array<std::array<double, chunk>, 3 + most_variables> flow; // of -2 mu D^pl, whose magnitude is sqrt(2) times this
+        FlowRows<double*> rows{};
+        std::ranges::transform(flow, rows.row.begin(), [](auto& row) { return row.data(); });
+        for (int first = 0; first < grid_.cells_x; first += chunk) {
+            const int count = std::min(chunk, grid_.cells_x - first);
+            for (auto& row : flow)
+                row.fill(0.0);
+            (void)medium_.law->add_flow_rates(count, flow_rows(cells, j, first), rows);
+            for (int i = 0; i < count; i += pack_size)
+                store(factor * square_root(deviatoric_square(std::array{load(&flow[0][static_cast<std::size_t>(i)]),
+                                                                        load(&flow[1][static_cast<std::size_t>(i)]),
+                                                                        load(&flow[2][static_cast<std::size_t>(i)])})),
+                      rate.row(j) + first + i);
+        }
     });
 }
 

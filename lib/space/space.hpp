@@ -139,6 +139,9 @@ public:
     [[nodiscard]] virtual double wall_power(const StressField& stress, const Velocity& upper) const = 0;
     /// The velocity at the points, where stress lives, without images.
     virtual void at_points(const VectorField& velocity, Field& u, Field& v) const = 0;
+    /// rates = -(v . grad) fields, which live at points, too, of order 1 and with room for two ghost rows; images of the rates
+    /// are not wrapped. What prepare_transport() has found is lost.
+    virtual void advect(std::span<Field> fields, const VectorField& velocity, std::span<Field> rates) const = 0;
     /// Where values live.
     enum class At { cells, nodes };
     /// To places between and beyond them; x and y in units of the mean width and height of cells, from the lower left corner on.
@@ -191,9 +194,8 @@ public:
 
     /// rate = (-C : D^pl, dchi/dt), Eqs. (20), (21), and its dissipation; nothing else.
     void plastic_rate(const CellState& cells, CellState& rate);
-    /// The equivalent one, sqrt(2/3 D^pl : D^pl), which makes with the stress of von Mises the plastic power, without images;
-    /// `room` to work in has the shape of `cells`.
-    void plastic_strain_rate(const CellState& cells, CellState& room, Field& rate);
+    /// The equivalent one, sqrt(2/3 D^pl : D^pl), which makes with the stress of von Mises the plastic power, without images.
+    void plastic_strain_rate(const CellState& cells, Field& rate) const;
     /// Takes `cells` over `duration` by (sources + plastic rate) with constant sources, every cell that flows in its own RK2(1)
     /// substeps. The memory of `sources` is used up.
     Rk21Counts relax(CellState& sources, double duration, const Rk21Options& options, CellState& cells);

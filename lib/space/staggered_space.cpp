@@ -17,11 +17,11 @@ namespace {
 /// The e of weno3 for every field: a thousandth of the unit that its error is measured in, squared. Where fields bend less from
 /// cell to cell the differences are linear, where they bend more they choose a side.
 using SmallestBends = std::array<double, stress_fields + most_variables>;
+constexpr double smallest_bend_of_unit = 1e-3 * 1e-3;
 
 SmallestBends smallest_bends(const Law& law) {
-    constexpr double bend = 1e-3;
     SmallestBends squares;
-    squares.fill(bend * bend);
+    squares.fill(smallest_bend_of_unit);
     for (std::size_t k = stress_fields; const InternalVariable& variable : law->variables())
         squares[k++] *= variable.natural_scale() * variable.natural_scale();
     return squares;
@@ -110,6 +110,7 @@ public:
     [[nodiscard]] double wall_power(const StressField& stress, const Velocity& upper) const override;
     double correct(const VectorField& phi, const Velocity& wall, double dt, StressField& stress) override;
     void at_points(const VectorField& velocity, Field& u, Field& v) const override;
+    void advect(std::span<Field> fields, const VectorField& velocity, std::span<Field> rates) const override;
     [[nodiscard]] std::size_t memory_bytes() const override { return solver_->memory_bytes(); }
 
     void prepare_transport(CellState& cells) const override { extrapolate_to_ghost_rows(cells); }
@@ -215,6 +216,25 @@ void StaggeredSpace::at_points(const VectorField& velocity, Field& u, Field& v) 
             for (int i = 0; i < grid().cells_x; i += pack_size)
                 store(Corners(corners->row(j) + i, corners->row(j + 1) + i).mean(), cells->row(j) + i);
     });
+}
+
+template <Advection advection>
+void advect_row(const Grid& grid, std::span<const Field> fields, const VectorField& velocity, int j, std::span<Field> rates) {
+    for (int i = 0; i < grid.cells_x; i += pack_size) {
+        const Pack u = Corners(velocity.u.row(j) + i, velocity.u.row(j + 1) + i).mean();
+        const Pack v = Corners(velocity.v.row(j) + i, velocity.v.row(j + 1) + i).mean();
+        for (std::size_t k = 0; k < fields.size(); ++k)
+            store(advection_rate<advection>(fields[k].row(j) + i, fields[k].stride(), u, v, 0.5 / grid.dx(), 0.5 / grid.dy(),
+                                            smallest_bend_of_unit),
+                  rates[k].row(j) + i);
+    }
+}
+
+void StaggeredSpace::advect(std::span<Field> fields, const VectorField& velocity, std::span<Field> rates) const {
+    for (Field& field : fields)
+        extrapolate_to_ghost_rows(field);
+    const auto row = advection_ == Advection::eno2 ? &advect_row<Advection::eno2> : &advect_row<Advection::weno3>;
+    for_each_row({grid().cells_y, grid().cells_x}, [&](int j) { row(grid(), fields, velocity, j, rates); });
 }
 
 } // namespace
