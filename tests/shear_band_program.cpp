@@ -139,6 +139,13 @@ TEST_CASE("wrong options end with status 2 and a message, and leave nothing behi
     for (const auto& [option, value] : {std::array{"--equilibrium", "cholesky"}, {"--operator", "full"}, {"--advection", "eno2"}})
         refused(elements + Arguments{"--degree", "8", option, value}, "are of the staggered grid");
     refused({"--element-edges", "0.001"}, "add --space elements");
+    const Arguments accuracy = {"--accuracy", "1e-3"};
+    refused(accuracy + Arguments{"--cells", "32"}, "--accuracy 0.001 and --cells: the one finds the other");
+    refused(accuracy + Arguments{"--tolerance", "1e-5"}, "--accuracy 0.001 and --tolerance");
+    refused(accuracy + Arguments{"--element-edges", "0.001"}, "--accuracy 0.001 and --element-edges");
+    refused(accuracy + Arguments{"--scheme", "incremental"}, "take --scheme auto");
+    refused(accuracy + fixed_steps, "take --scheme auto");
+    refused({"--accuracy", "0.5"}, "--accuracy 0.5");
     refused({"--snapshot-cells", "8x"}, "--snapshot-cells 8x");
     refused({"--initial", "blocks", "--initial-length", "1e-9"}, "blocks");
     refused({"--threads", "0"}, "--threads 0");
@@ -441,6 +448,41 @@ TEST_CASE("a run says whether its space shows all there is, and draws fields on 
     CHECK(file.shape("snapshots/000000/tau") == std::vector<std::size_t>{4, 5});
     CHECK(file.shape("snapshots/000000/velocity_x") == std::vector<std::size_t>{5, 6});
     CHECK(file.read_doubles("grid/y_centre").size() == 4);
+}
+
+TEST_CASE("the error that --accuracy states is the error there is, within a factor of three") {
+    const scratch::Folder folder;
+    const Arguments scene = {"--initial", "gaussian", "--initial-amplitude", "60",  "--duration",       "0.9",
+                             "--threads", "1",        "--snapshots",         "0.9", "--snapshot-cells", "48x96"};
+    run_well(scene + Arguments{"--space", "elements", "--cells", "72x144", "--tolerance", "1e-8", "--output", folder / "exact"});
+    const Result exact = result_in(folder / "exact");
+    for (const double asked : {1e-3, 1e-4}) {
+        run_well(scene + Arguments{"--accuracy", fmt::format("{}", asked), "--output", folder / "out"});
+        const nlohmann::json said = summary(folder / "out");
+        CHECK(said["warnings"].empty());
+        CHECK(said["parameters"]["space"] == "elements");
+        const Result result = result_in(folder / "out");
+        const auto square = [&](const std::string& name) {
+            const auto &there = result.arrays.at("snapshots/000000/" + name),
+                       &truth = exact.arrays.at("snapshots/000000/" + name);
+            double sum = 0.0;
+            for (std::size_t k = 0; k < truth.size(); ++k)
+                sum += (there[k] - truth[k]) * (there[k] - truth[k]);
+            return sum / static_cast<double>(truth.size());
+        };
+        const double yield_stress = 0.85e9;
+        const double stress =
+            std::sqrt(3.0 * square("pressure") + 2.0 * (square("s") + square("tau")) + 6.0 * square("q")) / yield_stress;
+        const double internal = std::sqrt(square("effective_temperature")) / 900.0;
+        CAPTURE(asked);
+        CHECK(stress < asked);
+        CHECK(said["extra"]["estimated_error_stress"].get<double>() > stress / 3.0);
+        CHECK(said["extra"]["estimated_error_stress"].get<double>() < stress * 3.0);
+        CHECK(said["extra"]["estimated_error_internal"].get<double>() > internal / 3.0);
+        CHECK(said["extra"]["estimated_error_internal"].get<double>() < internal * 3.0);
+    }
+    run_well({"--restart", folder / "out/checkpoint.h5", "--duration", "0.92"});
+    CHECK(contains(summary(folder / "out")["warnings"].dump(), "the error of a run that goes on from a checkpoint"));
 }
 
 TEST_CASE("an eigenstress is of the size that is asked for and in equilibrium, on either space") {

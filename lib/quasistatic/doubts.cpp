@@ -14,7 +14,8 @@ namespace {
 /// The longer side of a cell over the shorter one.
 double aspect_of(const Grid& grid) { return std::max(grid.dx() / grid.dy(), grid.dy() / grid.dx()); }
 
-/// The largest speed of a wall within the run [m/s]; under force control, of an elastic one.
+} // namespace
+
 double largest_wall_speed(const Options& o, const Scene& scene) {
     const IsotropicElasticity& c = scene.law->elasticity();
     const auto largest = [&](const WallControl& control, double modulus) {
@@ -29,8 +30,6 @@ double largest_wall_speed(const Options& o, const Scene& scene) {
     return std::hypot(largest(scene.walls.shear, c.shear_modulus), largest(scene.walls.opening, c.alpha())) *
            scene.units.velocity();
 }
-
-} // namespace
 
 double assumed_density() {
     const Units paper;

@@ -14,6 +14,8 @@ namespace ductile::quasistatic {
 /// Speed of a wall [m/s] that loads to yield in ten passages of shear waves from wall to wall: faster ones leave the stress no
 /// time to even out.
 [[nodiscard]] double inertial_wall_speed(const Scene& scene);
+/// The largest speed of a wall within the run [m/s]; under force control, of an elastic one.
+[[nodiscard]] double largest_wall_speed(const Options& options, const Scene& scene);
 
 /// Throws InputError where the scene has no meaning: numbers that overflow, cells a million times as long as high, or walls
 /// faster than shear waves.

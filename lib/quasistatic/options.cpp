@@ -137,6 +137,11 @@ void declare_space(io::Program& program, Options& o) {
                    {{"staggered", SpaceKind::staggered, "the paper's grid, second order: for fields rough from cell to cell"},
                     {"elements", SpaceKind::elements, "Fourier series in x, spectral elements in y: for smooth fields"}},
                    help("the discretisation"));
+    program.option(
+        "--accuracy", o.accuracy,
+        help("error of sigma/s_Y, chi/chi_inf, velocity and traction at the end: how many elements and which --tolerance that "
+             "takes is found by coarser runs, and the error is estimated; 0: they are given",
+             "", io::between(0.0, 0.1)));
     program.option("--degree", o.space.elements.degree,
                    help("elements: degree in y; that many rows of --cells make an element", "", io::between(1, 16)));
     program.option(

@@ -38,6 +38,7 @@ struct Options {
     std::string shear_traction, normal_traction;  ///< unless empty, force control of that component
 
     std::string scheme = "auto";            ///< see schemes()
+    double accuracy = 0.0;                  ///< see Resolution; 0: cells and tolerance are given
     SpaceOptions space;                     ///< but for the edges of elements:
     std::vector<double> element_edges = {}; ///< y [m], the origin in the middle
     StepChoice step = StepChoice::adaptive;

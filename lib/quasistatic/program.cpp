@@ -6,19 +6,25 @@
 #include <ductile/quasistatic/doubts.hpp>
 #include <ductile/quasistatic/initial_file.hpp>
 #include <ductile/quasistatic/program.hpp>
+#include <ductile/quasistatic/resolution.hpp>
 #include <ductile/quasistatic/run.hpp>
 
 #include <algorithm>
 #include <fmt/format.h>
 #include <iterator>
+#include <optional>
 
 namespace ductile::quasistatic {
 
 namespace {
 
-/// The state that the options ask for; says and warns of what had to be done to it.
-State start(const io::Program& program, const Options& options, const Scene& scene, Space& space,
-            std::vector<std::string>& warnings) {
+/// The state that the options ask for, and what had to be done to it.
+struct Start {
+    State state;
+    std::string said = {}, warning = {};
+};
+
+Start start(const Options& options, const Scene& scene, Space& space) {
     if (options.initial_file.empty() != (options.initial != InitialChoice::file))
         throw InputError(options.initial_file.empty() ? "--initial file: which? add --initial-file FILE"
                                                       : "--initial-file: it is read with --initial file only");
@@ -28,36 +34,87 @@ State start(const io::Program& program, const Options& options, const Scene& sce
             add_eigenstress(options, scene, space.rows(), state.cells.stress);
             (void)put_into_equilibrium(scene, space, state.cells);
         }
-        return state;
+        return {std::move(state)};
     }
     if (options.initial_stress > 0.0)
         throw InputError("--initial-stress: with --initial file the stress comes from the file: leave one of them out");
     FileStart made = start_from_file(scene, space, options.initial_file);
     const std::string file = options.initial_file.string();
+    Start begun{std::move(made.state)};
     if (made.correction > 0.01)
-        warnings.push_back(
+        begun.warning =
             fmt::format("the stress in {} is not in equilibrium on this grid: it was changed by {:.3g} % to be so (root "
                         "mean square): take it from a finer grid, or from this one",
-                        file, 100.0 * made.correction));
+                        file, 100.0 * made.correction);
     else if (made.correction > 0.0)
-        program.say(
-            fmt::format("initial   stress from {}, changed by {:.3g} % to be in equilibrium\n", file, 100.0 * made.correction));
-    return std::move(made.state);
+        begun.said =
+            fmt::format("initial   stress from {}, changed by {:.3g} % to be in equilibrium\n", file, 100.0 * made.correction);
+    return begun;
+}
+
+EndState end_of(const Options& options, const Scene& scene, Space& space, const State& state) {
+    return {scene, space, state, largest_wall_speed(options, scene) / scene.units.velocity()};
+}
+
+/// Sets the options that --accuracy leaves to find.
+Resolution find_resolution(const io::Program& program, Options& options) {
+    const std::string accuracy = fmt::format("--accuracy {:g}", options.accuracy);
+    for (const char* key : {"--cells", "--tolerance", "--element-edges"})
+        if (!program.has_default(key))
+            throw InputError(fmt::format("{} and {}: the one finds the other: leave one of them out", accuracy, key));
+    if (options.step == StepChoice::fixed || scheme_named(options.scheme).kind == SchemeKind::projection)
+        throw InputError(fmt::format("{}: --scheme {} with {} steps knows no error: take --scheme auto", accuracy, options.scheme,
+                                     options.step == StepChoice::fixed ? "fixed" : "such"));
+    return {options,
+            [&](const Options& tried) {
+                const Scene scene = make_scene(tried);
+                check_meaning(tried, scene);
+                StepControl control = make_step_control(tried, scene);
+                auto space = make_space(tried, scene);
+                State state = start(tried, scene, *space).state;
+                const auto stepper = make_time_stepper(tried, scene, std::move(space));
+                advance(scene, state, *stepper, control, tried.duration);
+                return end_of(tried, scene, stepper->space(), state);
+            },
+            [&](const std::string& text) { program.say(text); }};
+}
+
+/// Of a run with --accuracy.
+void report(const Options& options, const EndErrors& errors, io::RunSummary& summary) {
+    summary.extra["estimated_error_stress"] = errors.stress;
+    summary.extra["estimated_error_internal"] = errors.internal;
+    summary.extra["estimated_error_velocity"] = errors.velocity;
+    summary.extra["estimated_error_traction"] = errors.traction;
+    if (!(errors.largest() <= options.accuracy))
+        summary.warnings.push_back(
+            fmt::format("the error at the end is an estimated {:.1e}, and --accuracy asked for {:g}: ask for "
+                        "less error, {:.1g}",
+                        errors.largest(), options.accuracy, options.accuracy * options.accuracy / errors.largest()));
 }
 
 } // namespace
 
-int run_program(const io::Program& program, const Options& options) {
+int run_program(const io::Program& program, Options& options) {
     // scene, steps, initial or restored state: all input is checked before anything is written
     if (!options.shear_traction.empty() && !program.has_default("--wall-velocity"))
         throw InputError("--wall-velocity and --shear-traction: walls are sheared by one of them");
+    const auto checkpoint = program.open_restart(checkpoint_format);
+    std::optional<Resolution> resolution;
+    if (options.accuracy > 0.0 && !checkpoint)
+        resolution = find_resolution(program, options);
     const Scene scene = make_scene(options);
     check_meaning(options, scene);
     StepControl control = make_step_control(options, scene);
-    const auto checkpoint = program.open_restart(checkpoint_format);
     std::vector<std::string> warnings;
+    if (options.accuracy > 0.0 && checkpoint)
+        warnings.emplace_back("--accuracy: the error of a run that goes on from a checkpoint is not estimated");
     auto space = make_space(options, scene);
-    State state = checkpoint ? read_state(*checkpoint, scene, *space) : start(program, options, scene, *space, warnings);
+    Start begun = checkpoint ? Start{read_state(*checkpoint, scene, *space)} : start(options, scene, *space);
+    if (!begun.said.empty())
+        program.say(begun.said);
+    if (!begun.warning.empty())
+        warnings.push_back(begun.warning);
+    State& state = begun.state;
 
     const run::Outputs outputs = make_outputs(options, scene, state.time);
     std::ranges::move(doubts(options, scene, space->observe(state.cells)), std::back_inserter(warnings));
@@ -67,7 +124,11 @@ int run_program(const io::Program& program, const Options& options) {
     program.say(describe(options, scene, *stepper, thread_count()));
     return program.run(
         [&](const io::OutputFolder& folder, io::RunSummary& summary) {
-            return run(scene, state, *stepper, control, outputs, {program, folder, checkpoint ? &*checkpoint : nullptr}, summary);
+            const io::RunStatus status =
+                run(scene, state, *stepper, control, outputs, {program, folder, checkpoint ? &*checkpoint : nullptr}, summary);
+            if (resolution && status == io::RunStatus::completed)
+                report(options, resolution->errors(end_of(options, scene, stepper->space(), state)), summary);
+            return status;
         },
         warnings);
 }

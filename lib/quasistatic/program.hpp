@@ -5,7 +5,7 @@
 namespace ductile::quasistatic {
 
 /// The rest of a program once its options are parsed: sets up the scene or restores the state of --restart, checks all input,
-/// runs and reports. Returns the exit status.
-[[nodiscard]] int run_program(const io::Program& program, const Options& options);
+/// runs and reports. Returns the exit status. With --accuracy it sets what that leaves to find.
+[[nodiscard]] int run_program(const io::Program& program, Options& options);
 
 } // namespace ductile::quasistatic

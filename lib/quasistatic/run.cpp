@@ -271,4 +271,13 @@ io::RunStatus run(const Scene& scene, State& state, TimeStepper& stepper, StepCo
     return run::loop(grid_run, outputs, files, summary);
 }
 
+void advance(const Scene& scene, State& state, TimeStepper& stepper, StepControl& control, double duration_s) {
+    const run::Outputs none{.duration_s = duration_s};
+    GridRun grid_run(scene, state, stepper, control, none, nullptr);
+    while (state.time < duration_s / scene.units.time)
+        if (grid_run.attempt(
+                {duration_s}, [] {}, [] {}))
+            grid_run.observe(false);
+}
+
 } // namespace ductile::quasistatic

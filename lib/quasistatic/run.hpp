@@ -15,4 +15,7 @@ namespace ductile::quasistatic {
 [[nodiscard]] io::RunStatus run(const Scene& scene, State& state, TimeStepper& stepper, StepControl& control,
                                 const run::Outputs& outputs, const run::Files& files, io::RunSummary& summary);
 
+/// The same steps to the end, and nothing else: no files, no signals.
+void advance(const Scene& scene, State& state, TimeStepper& stepper, StepControl& control, double duration_s);
+
 } // namespace ductile::quasistatic

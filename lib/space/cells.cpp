@@ -68,6 +68,14 @@ bool is_finite(const Field& field) {
     return true;
 }
 
+double mean_square_difference(const Field& a, const Field& b) {
+    double sum = 0.0;
+    for (int j = 0; j < a.rows(); ++j)
+        for (int i = 0; i < a.columns(); ++i)
+            sum += (a(i, j) - b(i, j)) * (a(i, j) - b(i, j));
+    return sum / (static_cast<double>(a.rows()) * a.columns());
+}
+
 void add_uniform(const StressComponents<double>& change, StressField& stress) {
     for_each_row({stress.p.rows(), stress.p.columns()}, [&](int j) {
         for (const auto& [field, value] : {std::pair{&stress.p, change.p}, std::pair{&stress.s, change.s},

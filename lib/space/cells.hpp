@@ -82,6 +82,8 @@ struct FieldTerm {
 /// out = sum of terms, of which there are at most four; `out` may be one of them.
 void combine(std::initializer_list<FieldTerm> terms, Field& out);
 [[nodiscard]] bool is_finite(const Field& field);
+/// Over all cells, which count alike.
+[[nodiscard]] double mean_square_difference(const Field& a, const Field& b);
 
 /// Adds the same to the stress of every cell.
 void add_uniform(const StressComponents<double>& change, StressField& stress);

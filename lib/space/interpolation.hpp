@@ -18,6 +18,7 @@ public:
 
     /// Values at the places, [y][x], of rows of values that lie `stride` apart.
     [[nodiscard]] Field operator()(const double* values, std::ptrdiff_t stride, int columns) const;
+    [[nodiscard]] Field operator()(const Field& field) const { return (*this)(field.row(0), field.stride(), field.columns()); }
 
 private:
     std::vector<Weights> x_, y_;
