@@ -481,6 +481,10 @@ TEST_CASE("the error that --accuracy states is the error there is, within a fact
         CHECK(said["extra"]["estimated_error_internal"].get<double>() > internal / 3.0);
         CHECK(said["extra"]["estimated_error_internal"].get<double>() < internal * 3.0);
     }
+    // nothing depends on points
+    run_well({"--initial", "uniform", "--duration", "0.9", "--accuracy", "1e-4", "--snapshots", "", "--output", folder / "even"});
+    CHECK(summary(folder / "even")["warnings"].empty());
+    CHECK(summary(folder / "even")["extra"]["estimated_error_stress"].get<double>() < 1e-4);
     run_well({"--restart", folder / "out/checkpoint.h5", "--duration", "0.92"});
     CHECK(contains(summary(folder / "out")["warnings"].dump(), "the error of a run that goes on from a checkpoint"));
 }

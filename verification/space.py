@@ -75,13 +75,14 @@ class Errors:
         run = Run(folder)
         last, grid, rows = run.snapshots[-1], run.grid, weights(run)[:, None]
         mean_root = lambda square: np.sqrt((rows * square).sum() / square.shape[1])
+        internal, unit = ("effective_temperature", common.STEADY) if "effective_temperature" in last.names else ("plastic_strain", 0.01)
         difference = {name: last[name] - self.reference(name, grid.x_centre, grid.y_centre)
-                      for name in ("pressure", "s", "tau", "q", "effective_temperature")}
+                      for name in ("pressure", "s", "tau", "q", internal)}
         p, s, tau, q = (difference[name] / common.YIELD for name in ("pressure", "s", "tau", "q"))
         v = [last[name][:, :-1] - self.reference(name, grid.x_corner[:-1], grid.y_corner) for name in ("velocity_x", "velocity_y")]
         traction = run.history["wall_shear_traction_Pa"][-1] - self.run.history["wall_shear_traction_Pa"][-1]
         return {"sigma": mean_root(3 * p**2 + 2 * s**2 + 2 * tau**2 + 6 * q**2),
-                "chi": mean_root((difference["effective_temperature"] / common.STEADY)**2),
+                "chi": mean_root((difference[internal] / unit)**2),
                 "v": np.sqrt(np.mean(v[0]**2 + v[1]**2)) / common.WALL, "traction": abs(traction) / common.YIELD}
 
 

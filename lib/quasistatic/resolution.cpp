@@ -97,6 +97,7 @@ Resolution::Resolution(Options& options, const std::function<EndState(const Opti
         run.end = integrate(options);
         runs_.push_back(std::move(run));
     };
+    const auto negligible = [&](const EndErrors& e) { return e.largest() < 0.01 * asked; };
     const auto told = [&](const EndErrors& e) {
         return fmt::format("stress {:.1e}, internal variable {:.1e}, velocity {:.1e}, traction {:.1e}", e.stress, e.internal,
                            e.velocity, e.traction);
@@ -134,6 +135,11 @@ Resolution::Resolution(Options& options, const std::function<EndState(const Opti
         if (last < 2) {
             say(fmt::format("accuracy  {} x {} points: {} from fewer\n", points.x, points.y, told(differences_.back())));
             continue;
+        }
+        if (negligible(differences_[last - 1]) && negligible(differences_[last - 2])) { // by round-off, at last, they do not fall
+            say(fmt::format("accuracy  {} x {} points: {} from fewer\n", points.x, points.y, told(differences_.back())));
+            runs_.push_back(runs_.back());
+            break;
         }
         const Refinement found = refinement(last);
         const double factor = found.error_of_last(), error = factor * differences_.back().largest();
@@ -178,8 +184,10 @@ Refinement Resolution::refinement(std::size_t k) const {
 
 EndErrors Resolution::errors(const EndState& end) const {
     const std::size_t chosen = runs_.size() - 1;
-    if (runs_[chosen].fineness == runs_[chosen - 1].fineness)
-        return refinement(chosen - 1).error_of_last() * differences_.back() + in_time_;
+    if (runs_[chosen].fineness == runs_[chosen - 1].fineness) {
+        const double factor = refinement(chosen - 1).error_of_last();
+        return (std::isfinite(factor) ? factor : 1.0) * differences_.back() + in_time_;
+    }
     const EndErrors change = difference(runs_[chosen - 1].end, end);
     const Refinement found{{runs_[chosen - 2].fineness, runs_[chosen - 1].fineness, runs_[chosen].fineness},
                            {differences_.back().largest(), change.largest()}};
