@@ -85,11 +85,10 @@ void report(const Options& options, const EndErrors& errors, io::RunSummary& sum
     summary.extra["estimated_error_internal"] = errors.internal;
     summary.extra["estimated_error_velocity"] = errors.velocity;
     summary.extra["estimated_error_traction"] = errors.traction;
-    if (!(errors.largest() <= options.accuracy))
-        summary.warnings.push_back(
-            fmt::format("the error at the end is an estimated {:.1e}, and --accuracy asked for {:g}: ask for "
-                        "less error, {:.1g}",
-                        errors.largest(), options.accuracy, options.accuracy * options.accuracy / errors.largest()));
+    if (!(errors.largest() <= options.accuracy)) // infinite where they do not fall
+        summary.warnings.push_back(fmt::format(
+            "the error at the end is an estimated {:.1e}, and --accuracy asked for {:g}: ask for {:.1g}", errors.largest(),
+            options.accuracy, options.accuracy * std::clamp(0.5 * options.accuracy / errors.largest(), 0.1, 0.5)));
 }
 
 } // namespace

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
-#include <ductile/base/function_ref.hpp>
 #include <ductile/quasistatic/options.hpp>
 #include <ductile/quasistatic/state.hpp>
 
+#include <algorithm>
 #include <array>
 #include <functional>
 #include <string>
