@@ -60,7 +60,7 @@ within() { # USER COMMAND: in a login shell of that user, with nothing of this m
 }
 
 bootstrap() {
-    local mirror proxy home
+    local mirror proxy
     # shellcheck disable=SC2016  # apt expands it
     mirror=$(apt-get indextargets --format '$(REPO_URI)' 'Created-By: Packages' 'Label: Debian' 2>/dev/null | head -n 1 || true)
     mirror=${mirror:-http://deb.debian.org/debian/}
@@ -92,43 +92,38 @@ bootstrap() {
     chroot "$root" useradd --create-home --shell /bin/bash user
     # The repository may belong to another user than the one who tests.
     printf '[safe]\n\tdirectory = *\n' >"$root/root/gitconfig"
-    for home in root home/user; do
-        GIT_CONFIG_GLOBAL=$root/root/gitconfig git clone --quiet --no-hardlinks "$repository" "$root/$home/ductile" || return 1
-    done
+    GIT_CONFIG_GLOBAL=$root/root/gitconfig git clone --quiet --no-hardlinks "$repository" "$root/home/user/ductile" || return 1
     chroot "$root" chown -R user:user /home/user/ductile
 }
+
+# What a user without rights is told to run as root.
+told=
 
 user_without_packages() {
     local status=0 output
     output=$(within user './ductile demo' 2>&1) || status=$?
     printf '%s\n' "$output"
-    if ((status != 2)) || [[ $output != *"apt-get update && apt-get install"*libsundials-dev* ]]; then
-        say "a user who cannot install packages got status $status, and not the command to run with status 2"
+    told=$(grep -x 'apt-get update && apt-get install .*libsundials-dev.*' <<<"$output") || status=0
+    if ((status != 2)); then
+        say "a user who cannot install packages got status $status, or not the command to run with status 2"
         return 1
     fi
 }
 
-demo() { # USER
-    within "$1" 'CXXFLAGS=-Werror ./ductile demo' || return 1
-    within "$1" 'grep -q "\"status\": \"completed\"" out/demo/summary.json && [[ -s out/demo/fields.h5 && -s out/demo/fields.png ]]' || {
+packages_as_told() { chroot "$root" env DEBIAN_FRONTEND=noninteractive LC_ALL=C.UTF-8 bash -c "$told" >/dev/null </dev/null; }
+
+demo() {
+    within user 'CXXFLAGS=-Werror ./ductile demo' || return 1
+    within user 'grep -q "\"status\": \"completed\"" out/demo/summary.json && [[ -s out/demo/fields.h5 && -s out/demo/fields.png ]]' || {
         say "the demonstration did not leave its results"
         return 1
     }
 }
 
-user_with_packages() {
-    # A build of his own: with a shared library, and compiled in few large pieces and quickly to save time.
-    within user 'cmake --preset release -D BUILD_SHARED_LIBS=ON -D CMAKE_UNITY_BUILD=ON \
-        -D CMAKE_CXX_FLAGS_RELEASE=-O1 >/dev/null' || return 1
-    demo user || return 1
-    within user 'ldd build/release/shear_band | grep -q "libductile.so.* => /home/user/"' || return 1
-    within user 'ctest --test-dir build/release --output-on-failure --tests-regex "^launcher$"'
-}
-
-stage "debootstrap, clones" bootstrap
+stage "debootstrap, clone" bootstrap
 stage "a user without rights is told what to install" user_without_packages
-stage "./ductile demo as root, packages included" demo root
-stage "./ductile test as root" within root './ductile test'
-stage "the README's commands" within root 'tests/readme.sh'
-stage "a clone of the user's own: ./ductile demo, one test" user_with_packages
+stage "what he is told, as root" packages_as_told
+stage "./ductile demo" demo
+stage "./ductile test" within user './ductile test'
+stage "the README's commands" within user 'tests/readme.sh'
 printf '\nfresh_debian: %s: all passed in %d s\n' "$release" "$SECONDS"
