@@ -34,9 +34,9 @@ if ((${#files[@]} == 0)); then
     exit
 fi
 
-# Without precompiled headers, which clang-tidy cannot read.
+# Without precompiled headers, which clang-tidy cannot read, and file by file.
 build=build/tidy
-if [[ ! -f $build/build.ninja ]]; then cmake --preset clang -B "$build" -D CMAKE_DISABLE_PRECOMPILE_HEADERS=ON >/dev/null; fi
+if [[ ! -f $build/build.ninja ]]; then cmake --preset clang -B "$build" -D CMAKE_DISABLE_PRECOMPILE_HEADERS=ON -D CMAKE_UNITY_BUILD=OFF >/dev/null; fi
 cmake --build "$build" --target ductile_commit >/dev/null
 status=0
 printf '%s\0' "${files[@]}" | xargs -0 -n 1 -P "$(nproc)" clang-tidy -p "$build" --quiet 2> >(grep -v 'warnings\? generated\.$' >&2) || status=$?
