@@ -12,7 +12,8 @@ A case is right only where its oracle says so; that a run ended proves nothing. 
     silent           the promise is broken, and no warning speaks of it
     unclear          status 2 or 1, and the message names no way out
     crash            a signal, another status, text of a C++ exception, numbers that are not finite
-    slow             longer than the case's limit, but it had done a hundredth or more of its way, obeyed an interrupt and left a checkpoint
+    slow             longer than the case's limit, but at its pace it would end within a working day (its progress says so), it obeyed an
+                     interrupt and left a checkpoint
     hang             longer than the case's limit, and not that
 """
 
@@ -38,6 +39,7 @@ from results import Run
 
 COLOURS = {"right": "#4caf50", "right, warned": "#b7e1a1", "warned": "#ffe066", "refused": "#c8c8c8", "near": "#ffb38a",
            "slow": "#a6cee3", "silent": "#e53935", "unclear": "#e53935", "crash": "#e53935", "hang": "#e53935"}
+WORKING_DAY = 8 * 3600.0  # of processor time
 FINDINGS = ("silent", "unclear", "crash", "hang")
 INTERNAL = re.compile(r"std::|terminate called|what\(\)|bad_alloc|Assertion|basic_string|vector::|Segmentation|nan\b|-nan")
 WAY_OUT = re.compile(r"\b(use|take|try|choose|give|check|lower|raise|leave out|add|remove|shorten|smaller|must|allowed|one of|instead|ramp|"
@@ -191,7 +193,7 @@ def finite(folder):
 def classify(result):
     """The class of a run; fills in its judgement."""
     if result.status is None:
-        return "slow" if result.reached >= 0.01 else "hang"
+        return "slow" if result.reached * WORKING_DAY >= result.case.limit else "hang"
     if result.status in (1, 2):
         return "crash" if INTERNAL.search(result.message) else "refused" if WAY_OUT.search(result.message) else "unclear"
     if result.status != 0 or not finite(result.folder):
