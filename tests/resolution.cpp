@@ -115,6 +115,14 @@ TEST_CASE("what no grid resolves is refused") {
         doctest::Contains("the fields are too rough for it"), RunError);
 }
 
+TEST_CASE("errors above what was asked for are warned of, with what to ask for") {
+    CHECK(missed_accuracy({.stress = 1e-3, .internal = 1e-4}, 1e-3).empty());
+    CHECK(missed_accuracy({.stress = 1e-5, .velocity = 2.5e-3}, 1e-3) ==
+          "the error at the end is an estimated 2.5e-03, and --accuracy asked for 0.001: ask for 0.0002");
+    CHECK(missed_accuracy({.traction = HUGE_VAL}, 1e-3) ==
+          "the error at the end is an estimated inf, and --accuracy asked for 0.001: ask for 0.0001");
+}
+
 TEST_CASE("differences are root mean squares in the units of their errors") {
     EndState a, b;
     for (const double value : {0.1, 0.2, -0.3, 0.4}) {

@@ -227,6 +227,26 @@ TEST_CASE("every scene file runs") {
     CHECK(files >= 20);
 }
 
+TEST_CASE("an accuracy goes before the cells of a scene's file, not before those beside it") {
+    const scratch::Folder folder;
+    const Arguments scene = {scenes / "soft-disc.toml", "--duration", "0.05"};
+    const Outcome outcome = run("scene", scene + Arguments{"--accuracy", "1e-2", "--output", folder / "run"});
+    CAPTURE(outcome.errors);
+    REQUIRE(outcome.status == 0);
+    CHECK(contains(outcome.output, "accuracy  goes before what the file says of --cells, --element-edges\n"));
+    const auto summary = nlohmann::json::parse(scratch::read(folder / "run/summary.json"));
+    CHECK(summary.at("parameters").at("cells") != "48x192");
+    CHECK(summary.at("extra").at("estimated_error_stress").get<double>() < 1e-2);
+    const std::string file = folder / "both.toml";
+    scratch::write(file, scratch::read(scenes / "soft-disc.toml") + "accuracy = 1e-3\n");
+    for (const Arguments& arguments : {Arguments{file}, scene + Arguments{"--accuracy", "1e-3", "--cells", "48x192"}}) {
+        const Outcome refused = run("scene", arguments + Arguments{"--output", folder / "none"});
+        CHECK(refused.status == 2);
+        CHECK(contains(refused.errors, "--accuracy 0.001 and --cells: the one finds the other"));
+        CHECK_FALSE(fs::exists(folder / "none"));
+    }
+}
+
 TEST_CASE("a bar is pulled, held, let back and pulled again as its history says") {
     const scratch::Folder folder;
     run_well("scene", {scenes / "bar-load-unload-reload.toml", "--output", folder / "run"});

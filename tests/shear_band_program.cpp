@@ -141,6 +141,8 @@ TEST_CASE("wrong options end with status 2 and a message, and leave nothing behi
     refused({"--element-edges", "0.001"}, "add --space elements");
     const Arguments accuracy = {"--accuracy", "1e-3"};
     refused(accuracy + Arguments{"--cells", "32"}, "--accuracy 0.001 and --cells: the one finds the other");
+    refused(accuracy + Arguments{"--cells", "128"}, "--accuracy 0.001 and --cells"); // the default, said aloud
+    refused(accuracy + Arguments{"--space", "staggered"}, "--accuracy 0.001 and --space");
     refused(accuracy + Arguments{"--tolerance", "1e-5"}, "--accuracy 0.001 and --tolerance");
     refused(accuracy + Arguments{"--element-edges", "0.001"}, "--accuracy 0.001 and --element-edges");
     refused(accuracy + Arguments{"--scheme", "incremental"}, "take --scheme auto");

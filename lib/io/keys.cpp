@@ -52,7 +52,7 @@ void Keys::declare(const std::string& key, Kind kind, const OptionHelp& help, co
         const auto shown = [&] { return node->is_array() || node->is_table() ? to_toml(*node) : visible(node->text); };
         try {
             declared.convert(declared.text_of(*node));
-            declared.given = true;
+            declared.source = Source::scene_file;
         } catch (const InputError& error) {
             throw InputError(
                 fmt::format("{}, line {}: {} {} = {}: {}", source_, node->line, place_, declared.key, shown(), error.what()));
@@ -177,6 +177,10 @@ void Keys::refuse_unknown() const {
 bool Keys::has_default(const std::string& key) const {
     const auto declared = std::ranges::find(declared_, without_dashes(key), &Declared::key);
     return declared->text() == declared->default_text;
+}
+
+Source Keys::source(const std::string& key) const {
+    return std::ranges::find(declared_, without_dashes(key), &Declared::key)->source;
 }
 
 Keys::Declared* Keys::find(const std::string& key) {

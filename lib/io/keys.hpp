@@ -17,6 +17,9 @@ namespace ductile::io {
 /// stored state alone: when and where to stop and write, how steps are taken and solved.
 enum class Restart { keeps, may_change };
 
+/// Where a value comes from, the strongest first.
+enum class Source { command_line, config, scene_file, checkpoint, declaration };
+
 /// A word that stands for a value, and what it means, where that is not plain.
 template <class Value> struct Choice {
     std::string word;
@@ -73,6 +76,7 @@ public:
     void refuse_unknown() const;
     /// Whether a key has the value it was declared with.
     [[nodiscard]] bool has_default(const std::string& key) const;
+    [[nodiscard]] Source source(const std::string& key) const;
 
 protected:
     friend class Tables;
@@ -87,8 +91,9 @@ protected:
         Convert convert;
         Meanings meanings;
         std::string default_text;
-        bool given = false; ///< its value came from somewhere
+        Source source = Source::declaration;
 
+        [[nodiscard]] bool given() const { return source != Source::declaration; }
         /// "meaning [units]; allowed"
         [[nodiscard]] std::string description() const;
         /// The same with the default, and a line with two spaces at its head for each word that has a meaning of its own.

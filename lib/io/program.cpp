@@ -112,7 +112,7 @@ void Program::offer_options() {
             } catch (const InputError& error) {
                 throw InputError(fmt::format("{} {}: {}", flag, visible(results.back()), error.what()));
             }
-            declared.given = true;
+            declared.source = Source::command_line;
             return true;
         };
         CLI::Option* option =
@@ -156,7 +156,7 @@ bool Program::parse(int argc, const char* const* argv) {
     }
     refuse_unknown_arguments();
     for (auto file = config_files_.rbegin(); file != config_files_.rend(); ++file)
-        apply_config(read_config(read_whole(*file), *file), *file, false, {});
+        apply_config(read_config(read_whole(*file), *file), Source::config, *file, false, {});
     apply_tables();
     if (common_.output.empty())
         throw InputError("--output: it must name a folder");
@@ -184,10 +184,10 @@ void Program::refuse_unknown_arguments() const {
         fmt::format("there is no option {}{}; {} --help lists all", visible(word), did_you_mean(word, known), name_));
 }
 
-void Program::apply_config(const ConfigNode& config, const std::string& source, bool with_tables,
+void Program::apply_config(const ConfigNode& config, Source source, const std::string& file, bool with_tables,
                            const std::vector<std::string>& skipped_keys) {
     for (const ConfigNode& entry : config.children) {
-        const std::string where = fmt::format("{}, line {}: ", source, entry.line);
+        const std::string where = fmt::format("{}, line {}: ", file, entry.line);
         Declared* found = find(entry.key);
         if (found == nullptr && entry.key == "carrier" && !carrier_.empty()) {
             if (entry.text != carrier_)
@@ -207,7 +207,7 @@ void Program::apply_config(const ConfigNode& config, const std::string& source, 
         if (found == nullptr)
             throw InputError(fmt::format("{}unknown key '{}'{}: {} --print-config lists all keys", where, visible(entry.key),
                                          did_you_mean(entry.key, names()), name_));
-        if (found->given || std::ranges::find(skipped_keys, entry.key) != skipped_keys.end())
+        if (found->given() || std::ranges::find(skipped_keys, entry.key) != skipped_keys.end())
             continue;
         std::string text;
         try {
@@ -217,7 +217,7 @@ void Program::apply_config(const ConfigNode& config, const std::string& source, 
         }
         try {
             found->convert(text);
-            found->given = true;
+            found->source = source;
         } catch (const InputError& error) {
             throw InputError(fmt::format("{}--{} {}: {}", where, entry.key, visible(text), error.what()));
         }
@@ -235,7 +235,7 @@ void Program::require_same_scene(const ConfigNode& config) {
     };
     for (const ConfigNode& entry : config.children) {
         Declared* found = find(entry.key);
-        if (found == nullptr || found->help.restart == Restart::may_change || !found->given)
+        if (found == nullptr || found->help.restart == Restart::may_change || !found->given())
             continue;
         const std::string asked = found->text();
         found->convert(found->text_of(entry));
@@ -268,7 +268,7 @@ void Program::apply_tables() {
     if (!file.empty()) {
         scene = read_config(read_config_file(file), file);
         folder_ = scene_file_.parent_path();
-        apply_config(scene, file, reads_tables_ && visit_, {});
+        apply_config(scene, Source::scene_file, file, reads_tables_ && visit_, {});
         if (visit_) {
             Tables tables(scene, file);
             visit_(tables);
@@ -283,12 +283,12 @@ void Program::apply_restart() {
     const CheckpointReader checkpoint(common_.restart, name_);
     const ConfigNode config = read_config(checkpoint.config(), common_.restart.string());
     require_same_scene(config);
-    apply_config(config, common_.restart.string(), true, {"restart", "output", "quiet"});
+    apply_config(config, Source::checkpoint, common_.restart.string(), true, {"restart", "output", "quiet"});
     if (reads_tables_ && visit_) {
         Tables tables(config, common_.restart.string());
         visit_(tables);
     }
-    if (!find("output")->given)
+    if (!find("output")->given())
         common_.output = common_.restart.has_parent_path() ? common_.restart.parent_path() : ".";
 }
 

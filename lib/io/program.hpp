@@ -86,8 +86,8 @@ private:
     void declare_common();
     void offer_options();
     void refuse_unknown_arguments() const;
-    /// Options that already have a value keep it: sources are read from the strongest to the weakest.
-    void apply_config(const ConfigNode& config, const std::string& source, bool with_tables,
+    /// Options that already have a value keep it: sources are read from the strongest to the weakest. `file` is for messages.
+    void apply_config(const ConfigNode& config, Source source, const std::string& file, bool with_tables,
                       const std::vector<std::string>& skipped_keys);
     void apply_restart();
     void apply_tables();

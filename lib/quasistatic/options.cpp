@@ -85,8 +85,10 @@ void declare_initial(io::Program& program, Options& o) {
                         "Pa", io::not_negative));
     program.input_file(
         "--initial-file", o.initial_file,
-        help("fields on the cells of any grid of this domain, HDF5 (a fields.h5, too) or CSV: effective_temperature or "
-             "plastic_strain, and, if you like, pressure, s, tau, q, which are then brought into equilibrium",
+        help("fields on the cells of any grid of this domain: effective_temperature or plastic_strain, and, if you like, "
+             "pressure, s, tau, q, which are then brought into equilibrium; HDF5 (the last snapshot of a fields.h5, or datasets "
+             "of rows and columns), or CSV with these columns after x, y (m, the origin in the middle), row after row from the "
+             "lower left",
              "K, 1, Pa"));
     program.option("--initial-seed", o.initial_seed, help("seed of random fields", "", io::not_negative));
 }
@@ -140,7 +142,7 @@ void declare_space(io::Program& program, Options& o) {
     program.option(
         "--accuracy", o.accuracy,
         help("error of sigma/s_Y, chi/chi_inf, velocity and traction at the end: how many elements and which --tolerance that "
-             "takes is found by coarser runs, and the error is estimated; 0: they are given",
+             "takes is found by coarser runs, whatever a scene's file has, and the error is estimated; 0: they are given",
              "", io::between(0.0, 0.1)));
     program.option("--degree", o.space.elements.degree,
                    help("elements: degree in y; that many rows of --cells make an element", "", io::between(1, 16)));

@@ -42,10 +42,10 @@ Derived derive(const Scene& scene, Space& space, const State& state) {
 class Sampling {
 public:
     Sampling(const Space& space, int cells_x, int cells_y)
-        : cells_(space.interpolation(Space::At::cells, places(space.grid().cells_x, cells_x, 0.5),
-                                     places(space.grid().cells_y, cells_y, 0.5))),
-          corners_(space.interpolation(Space::At::nodes, places(space.grid().cells_x, cells_x, 0.0),
-                                       places(space.grid().cells_y, cells_y, 0.0, 1))) {}
+        : cells_(space.interpolation(Space::At::cells, middles(cells_x, space.grid().cells_x),
+                                     middles(cells_y, space.grid().cells_y))),
+          corners_(space.interpolation(Space::At::nodes, edges(cells_x - 1, cells_x, space.grid().cells_x),
+                                       edges(cells_y, cells_y, space.grid().cells_y))) {}
 
     /// Of the same name, unit and scale.
     [[nodiscard]] Field operator()(const io::SnapshotField& field) const {
@@ -54,10 +54,11 @@ public:
     }
 
 private:
-    [[nodiscard]] static std::vector<double> places(int from, int to, double shift, int more = 0) {
+    /// From the first to the one numbered `last`.
+    [[nodiscard]] static std::vector<double> edges(int last, int parts, int cells) {
         std::vector<double> all;
-        for (int k = 0; k < to + more; ++k)
-            all.push_back((k + shift) * from / to);
+        for (int k = 0; k <= last; ++k)
+            all.push_back(static_cast<double>(k) * cells / parts);
         return all;
     }
 

@@ -27,14 +27,6 @@ io::CellCount comparison_cells(const Grid& grid) {
     return {count(grid.width), 2 * count(grid.height)};
 }
 
-/// Their middles, in units of the grid's cells.
-std::vector<double> middles(int count, int cells) {
-    std::vector<double> places;
-    for (int k = 0; k < count; ++k)
-        places.push_back((k + 0.5) * cells / count);
-    return places;
-}
-
 } // namespace
 
 EndState::EndState(const Scene& scene, Space& space, const State& state, double wall_speed)
@@ -67,6 +59,14 @@ EndErrors difference(const EndState& a, const EndState& b) {
                                mean_square_difference(a.velocity[1], b.velocity[1])) /
                      speed;
     return d;
+}
+
+std::string missed_accuracy(const EndErrors& errors, double asked) {
+    const double error = errors.largest();
+    if (error <= asked)
+        return {};
+    return fmt::format("the error at the end is an estimated {:.1e}, and --accuracy asked for {:g}: ask for {:.1g}", error, asked,
+                       asked * std::clamp(0.5 * asked / error, 0.1, 0.5));
 }
 
 double Refinement::power() const {
@@ -157,8 +157,8 @@ Resolution::Resolution(Options& options, const std::function<EndState(const Opti
         if (static_cast<double>(points.x) * points.y * growth * growth > most_points)
             throw RunError(fmt::format(
                 "--accuracy {:g}: {} x {} points are off by {}: the fields are too rough for it, or where flow localises hangs "
-                "on "
-                "what is smaller than that; ask for less, or for a shorter --duration, or take --space staggered with --cells as "
+                "on what is smaller than that; ask for less, or for a shorter --duration, or take --space staggered with --cells "
+                "as "
                 "many as you can wait for, and see what half as many change",
                 asked, points.x, points.y,
                 std::isfinite(error) ? fmt::format("an estimated {:.1e}", error)

@@ -45,6 +45,8 @@ struct EndState {
     double speed = 0.0;
 };
 [[nodiscard]] EndErrors difference(const EndState& a, const EndState& b);
+/// What to warn of where errors exceed what was asked for, or do not fall and are infinite; empty where they do not exceed it.
+[[nodiscard]] std::string missed_accuracy(const EndErrors& errors, double asked);
 
 /// How fine three runs in a row are, and how large the differences of neighbours.
 struct Refinement {

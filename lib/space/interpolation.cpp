@@ -21,6 +21,13 @@ Field Interpolation::operator()(const double* values, std::ptrdiff_t stride, int
     return result;
 }
 
+std::vector<double> middles(int parts, int cells) {
+    std::vector<double> places;
+    for (int k = 0; k < parts; ++k)
+        places.push_back((k + 0.5) * cells / parts);
+    return places;
+}
+
 std::vector<Interpolation::Weights> linear_weights(const std::vector<double>& points, const std::vector<double>& places) {
     std::vector<Interpolation::Weights> all;
     for (const double place : places) {

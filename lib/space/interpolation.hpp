@@ -24,6 +24,8 @@ private:
     std::vector<Weights> x_, y_;
 };
 
+/// Middles of the equal parts of a side, in units of its cells.
+[[nodiscard]] std::vector<double> middles(int parts, int cells);
 /// Linear between `points`, which rise, and beyond the first and the last.
 [[nodiscard]] std::vector<Interpolation::Weights> linear_weights(const std::vector<double>& points,
                                                                  const std::vector<double>& places);
