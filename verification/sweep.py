@@ -170,7 +170,7 @@ def status_of(folder):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(prog="sweep", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("scene", metavar="SCENE", help="a scene file, or the name of a program")
     parser.add_argument("axes", metavar="key=a,b,c", nargs="+", help="an option and its values")
     parser.add_argument("--output", metavar="DIR", type=Path, help="where the runs go (default: out/sweep/SCENE)")
