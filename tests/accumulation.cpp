@@ -13,6 +13,8 @@
 #include <string>
 #include <vector>
 
+namespace accumulation_suite {
+
 using namespace ductile;
 using namespace ductile::quasistatic;
 using doctest::Approx;
@@ -234,3 +236,5 @@ TEST_CASE_FIXTURE(fields::OneThread, "walls that bear a load from the start on h
 }
 
 TEST_SUITE_END();
+
+} // namespace accumulation_suite

@@ -18,6 +18,8 @@
 #include <random>
 #include <vector>
 
+namespace accuracy_suite {
+
 using namespace ductile;
 using namespace ductile::quasistatic;
 
@@ -258,3 +260,5 @@ TEST_SUITE("accuracy") {
         CHECK(again.warnings() == watch.warnings());
     }
 }
+
+} // namespace accuracy_suite

@@ -17,6 +17,8 @@
 #include <tuple>
 #include <vector>
 
+namespace carriers_suite {
+
 using namespace ductile;
 using scratch::operator+;
 using scratch::Arguments;
@@ -169,3 +171,5 @@ TEST_CASE("what a scene of the grid cannot be on points is said, with what to do
 }
 
 TEST_SUITE_END();
+
+} // namespace carriers_suite

@@ -3,6 +3,7 @@
 #include "io_scratch.hpp"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <sys/wait.h>
 
 #include <string>
@@ -19,7 +20,7 @@ inline Arguments operator+(Arguments first, const Arguments& second) {
 
 /// The command line of a program of this build.
 inline Arguments command(const std::string& program, const Arguments& arguments) {
-    return Arguments{std::string(DUCTILE_PROGRAMS) + "/" + program} + arguments;
+    return Arguments{fmt::format("{}/{}", DUCTILE_PROGRAMS, program)} + arguments;
 }
 
 /// A program run as users run it: its exit status (128 + signal if one killed it) and what it printed.

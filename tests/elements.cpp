@@ -7,6 +7,8 @@
 #include <numeric>
 #include <random>
 
+namespace elements_suite {
+
 using namespace ductile;
 using namespace ductile::quasistatic;
 using std::numbers::pi;
@@ -451,3 +453,5 @@ TEST_SUITE("elements") {
         CHECK(contains(message(rectangle, false, {.degree = 6, .edges = {-1.5, 0.2, 0.9}}), "rise"));
     }
 }
+
+} // namespace elements_suite

@@ -11,6 +11,8 @@
 #include <doctest/doctest.h>
 #include <vector>
 
+namespace embedded_methods_suite {
+
 using namespace ductile;
 using namespace ductile::quasistatic;
 
@@ -326,3 +328,5 @@ TEST_SUITE("embedded_methods") {
         (void)run_with("auto", 1e-4, stop + 4e4, automatic);
     }
 }
+
+} // namespace embedded_methods_suite

@@ -11,6 +11,8 @@
 #include <utility>
 #include <vector>
 
+namespace energy_ledger_suite {
+
 using namespace ductile;
 using namespace ductile::quasistatic;
 
@@ -165,3 +167,5 @@ TEST_SUITE("energy_ledger") {
         }
     }
 }
+
+} // namespace energy_ledger_suite

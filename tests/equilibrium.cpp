@@ -13,6 +13,8 @@
 #include <random>
 #include <string>
 
+namespace equilibrium_suite {
+
 using namespace ductile;
 
 namespace {
@@ -528,3 +530,5 @@ TEST_SUITE("equilibrium") {
         }
     }
 }
+
+} // namespace equilibrium_suite

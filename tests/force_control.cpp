@@ -11,6 +11,8 @@
 #include <string>
 #include <vector>
 
+namespace force_control_suite {
+
 using namespace ductile;
 using namespace ductile::quasistatic;
 
@@ -243,3 +245,5 @@ TEST_SUITE("force_control") {
         CHECK(message("", "1e8", "0:1e-4") == "nothing was thrown");
     }
 }
+
+} // namespace force_control_suite

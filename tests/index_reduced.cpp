@@ -11,6 +11,8 @@
 #include <doctest/doctest.h>
 #include <vector>
 
+namespace index_reduced_suite {
+
 using namespace ductile;
 using namespace ductile::quasistatic;
 
@@ -506,3 +508,5 @@ TEST_SUITE("index_reduced") {
         CHECK(fixed.judge(fixed.next(0.0, 9.0), {.measure = 1e9}));
     }
 }
+
+} // namespace index_reduced_suite

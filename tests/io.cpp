@@ -17,6 +17,8 @@
 #include <numeric>
 #include <vector>
 
+namespace io_suite {
+
 using namespace ductile;
 using namespace ductile::io;
 namespace fs = std::filesystem;
@@ -325,3 +327,5 @@ TEST_CASE("a checkpoint that cannot be written leaves the earlier one intact") {
 }
 
 TEST_SUITE_END();
+
+} // namespace io_suite

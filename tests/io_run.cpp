@@ -20,6 +20,8 @@
 #include <regex>
 #include <vector>
 
+namespace io_run_suite {
+
 using namespace ductile;
 using namespace ductile::io;
 namespace fs = std::filesystem;
@@ -221,13 +223,13 @@ TEST_CASE("a snapshot field of the wrong shape is refused before the file is tou
 TEST_CASE("the history can be followed, is exact, and goes on from a checkpoint's mark byte by byte") {
     const scratch::Folder folder;
     const std::vector<std::string> columns = {"time_s", "stress_Pa"};
-    const auto rows = [](History& history, int from, int to) {
+    const auto rows = [](io::History& history, int from, int to) {
         for (int i = from; i < to; ++i)
             history.append({0.1 * i, std::sqrt(static_cast<double>(i))});
     };
     HistoryMark mark;
     {
-        History whole(folder / "whole.csv", columns);
+        io::History whole(folder / "whole.csv", columns);
         rows(whole, 0, 5);
         mark = whole.mark();
         CHECK(mark.rows == 5);
@@ -244,7 +246,7 @@ TEST_CASE("the history can be followed, is exact, and goes on from a checkpoint'
 
     const EarlierHistory earlier{folder / "whole.csv", mark};
     const auto go_on = [&](const char* csv) {
-        History continued(folder / csv, columns, earlier);
+        io::History continued(folder / csv, columns, earlier);
         rows(continued, 5, 11);
         CHECK(continued.mark().rows == 11);
         CHECK(continued.mark().checksum == checksum(text));
@@ -263,24 +265,24 @@ TEST_CASE("the history can be followed, is exact, and goes on from a checkpoint'
     std::string changed = text;
     changed[30] = changed[30] == '4' ? '5' : '4';
     scratch::write(folder / "whole.csv", changed);
-    CHECK(contains(message_of<InputError>([&] { History(folder / "a.csv", columns, earlier); }),
+    CHECK(contains(message_of<InputError>([&] { io::History(folder / "a.csv", columns, earlier); }),
                    "whole.csv: the 5 rows up to the checkpoint are damaged"));
     fs::remove(folder / "whole.csv");
     {
-        const History without(folder / "a.csv", columns, earlier);
+        const io::History without(folder / "a.csv", columns, earlier);
         CHECK(contains(without.warning(), "the 5 earlier rows were in " + (folder / "whole.csv").string()));
     }
     CHECK(scratch::read(folder / "a.csv") == "time_s,stress_Pa\n");
-    History other(folder / "other.csv", {"time_s"});
-    CHECK(contains(message_of<InputError>([&] { History(folder / "b.csv", {"time_s"}, earlier); }), "start a new run"));
+    io::History other(folder / "other.csv", {"time_s"});
+    CHECK(contains(message_of<InputError>([&] { io::History(folder / "b.csv", {"time_s"}, earlier); }), "start a new run"));
     CHECK(contains(message_of<RunError>([&] { other.append({1.0, 2.0}); }), "a row of 2 values for 1 columns"));
     CHECK(contains(message_of<RunError>([&] { (void)other.read({"load_N"}); }), "no column 'load_N'"));
-    CHECK(contains(message_of<RunError>([&] { History(folder / "none/h.csv", columns); }), "cannot create"));
+    CHECK(contains(message_of<RunError>([&] { io::History(folder / "none/h.csv", columns); }), "cannot create"));
 }
 
 TEST_CASE("a history takes no memory that grows with its rows") {
     const scratch::Folder folder;
-    History history(folder / "h.csv", {"a", "b", "c", "d"});
+    io::History history(folder / "h.csv", {"a", "b", "c", "d"});
     for (int i = 0; i < 1000; ++i)
         history.append({1.0 * i, 2.0, 3.0, 4.0});
     const auto held = [] { return mallinfo2().uordblks; };
@@ -292,7 +294,7 @@ TEST_CASE("a history takes no memory that grows with its rows") {
 
 TEST_CASE("a history that cannot be written is a RunError") {
     const scratch::Folder folder;
-    History history(folder / "h.csv", {"x"});
+    io::History history(folder / "h.csv", {"x"});
     for (int i = 0; i < 1000; ++i)
         history.append({1.0 / i});
     const scratch::FileSizeLimit limit(5000);
@@ -390,3 +392,5 @@ TEST_CASE("times and sizes for people") {
 }
 
 TEST_SUITE_END();
+
+} // namespace io_run_suite

@@ -11,6 +11,8 @@
 #include <limits>
 #include <vector>
 
+namespace kinsol_suite {
+
 using namespace ductile;
 using namespace ductile::sundials;
 
@@ -136,3 +138,5 @@ TEST_CASE("exceptions of the functions come out; a guess of the wrong size is re
 }
 
 TEST_SUITE_END();
+
+} // namespace kinsol_suite

@@ -15,6 +15,8 @@
 #include <random>
 #include <vector>
 
+namespace laws_suite {
+
 using namespace ductile;
 
 namespace {
@@ -280,3 +282,5 @@ TEST_CASE("three internal variables at particles: sorted, advanced and started w
 }
 
 TEST_SUITE_END();
+
+} // namespace laws_suite

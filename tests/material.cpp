@@ -12,6 +12,8 @@
 #include <string>
 #include <vector>
 
+namespace material_suite {
+
 using namespace ductile;
 
 namespace {
@@ -276,3 +278,5 @@ TEST_SUITE("material") {
         CHECK(c.beta() == doctest::Approx(97.07).epsilon(1e-4)); // Lame's first parameter as printed in Table 1
     }
 }
+
+} // namespace material_suite

@@ -11,6 +11,8 @@
 #include <string>
 #include <vector>
 
+namespace material_point_program_suite {
+
 using scratch::Outcome;
 namespace fs = std::filesystem;
 
@@ -101,3 +103,5 @@ TEST_CASE("a full disk and a hopeless problem end with status 1") {
 }
 
 TEST_SUITE_END();
+
+} // namespace material_point_program_suite

@@ -9,6 +9,8 @@
 #include <algorithm>
 #include <numbers>
 
+namespace mpm_convergence_suite {
+
 using namespace mpm_scenes;
 
 namespace {
@@ -108,7 +110,7 @@ Vibration vibrate(ImplicitMethod method, int steps_a_period, int periods) {
     for (std::size_t i = 0; i < p.size(); ++i)
         p.velocity_x[i] = 0.02 * std::sin(0.5 * pi * p.x[i] / 25.0);
     const double period = 4.0 * 25.0 / 10.0, start = *std::max_element(p.x.begin(), p.x.end());
-    ImplicitOptions options{.scheme = {.method = method}, .solver = SolverKind::newton_cg};
+    ImplicitOptions options{.scheme = {.method = method}, .solver = mpm::SolverKind::newton_cg};
     options.newton.tolerance = 1e-12;
     options.newton.largest_linear_iterations = 200;
     const auto stepper = make_implicit_stepper(scene, options);
@@ -266,3 +268,5 @@ TEST_CASE("a disk spins by the midpoint rule and affine transfers without loss; 
 }
 
 TEST_SUITE_END();
+
+} // namespace mpm_convergence_suite

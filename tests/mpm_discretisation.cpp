@@ -16,6 +16,8 @@
 #include <algorithm>
 #include <numeric>
 
+namespace mpm_discretisation_suite {
+
 using namespace mpm_scenes;
 
 namespace {
@@ -988,3 +990,5 @@ TEST_CASE("what a body has left behind is forgotten: the nodes are those of a di
 }
 
 TEST_SUITE_END();
+
+} // namespace mpm_discretisation_suite

@@ -15,6 +15,8 @@
 #include <random>
 #include <vector>
 
+namespace mpm_finite_strain_suite {
+
 using namespace ductile;
 using namespace ductile::mpm;
 
@@ -271,3 +273,5 @@ TEST_CASE("cells cannot have a law at finite strain, and it says so") {
 }
 
 TEST_SUITE_END();
+
+} // namespace mpm_finite_strain_suite

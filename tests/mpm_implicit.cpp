@@ -13,6 +13,8 @@
 #include <string>
 #include <tuple>
 
+namespace mpm_implicit_suite {
+
 using namespace mpm_scenes;
 
 namespace {
@@ -439,3 +441,5 @@ TEST_CASE("impossible combinations are refused") {
 }
 
 TEST_SUITE_END();
+
+} // namespace mpm_implicit_suite

@@ -7,6 +7,8 @@
 #include <random>
 #include <vector>
 
+namespace mpm_krylov_suite {
+
 using namespace ductile::mpm;
 
 namespace {
@@ -123,3 +125,5 @@ TEST_CASE("GMRES solves what is not symmetric; conjugate gradients end where a m
 }
 
 TEST_SUITE_END();
+
+} // namespace mpm_krylov_suite

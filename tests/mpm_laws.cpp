@@ -18,6 +18,8 @@
 #include <limits>
 #include <random>
 
+namespace mpm_laws_suite {
+
 using namespace ductile;
 using namespace ductile::mpm;
 
@@ -370,3 +372,5 @@ TEST_CASE_TEMPLATE("the derivative of a point's step is that of its stress, rota
 }
 
 TEST_SUITE_END();
+
+} // namespace mpm_laws_suite

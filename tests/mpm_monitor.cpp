@@ -12,6 +12,8 @@
 
 #include <algorithm>
 
+namespace mpm_monitor_suite {
+
 using namespace mpm_scenes;
 
 namespace {
@@ -525,3 +527,5 @@ TEST_CASE("B-splines with one particle a cell are doubted, and nothing else is")
 }
 
 TEST_SUITE_END();
+
+} // namespace mpm_monitor_suite

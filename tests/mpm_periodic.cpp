@@ -11,6 +11,8 @@
 #include <algorithm>
 #include <numeric>
 
+namespace mpm_periodic_suite {
+
 using namespace mpm_scenes;
 
 namespace {
@@ -266,3 +268,5 @@ TEST_CASE("what cannot be periodic is refused, with what to do instead") {
 }
 
 TEST_SUITE_END();
+
+} // namespace mpm_periodic_suite

@@ -7,6 +7,8 @@
 #include <ductile/mpm/preconditioner.hpp>
 #include <ductile/mpm/stencil_matrix.hpp>
 
+namespace mpm_preconditioner_suite {
+
 using namespace mpm_scenes;
 
 namespace {
@@ -213,3 +215,5 @@ TEST_CASE("where the tangent is indefinite its diagonal steps in, and only there
 }
 
 TEST_SUITE_END();
+
+} // namespace mpm_preconditioner_suite

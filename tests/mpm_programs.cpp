@@ -22,6 +22,8 @@
 #include <tuple>
 #include <vector>
 
+namespace mpm_programs_suite {
+
 using namespace ductile;
 using namespace ductile::io;
 using scratch::Arguments;
@@ -571,3 +573,5 @@ TEST_CASE("a full disk ends a run with status 1; what it had written is whole") 
 }
 
 TEST_SUITE_END();
+
+} // namespace mpm_programs_suite

@@ -10,6 +10,8 @@
 #include <algorithm>
 #include <array>
 
+namespace mpm_reactions_suite {
+
 using namespace mpm_scenes;
 
 namespace {
@@ -328,3 +330,5 @@ TEST_CASE("bodies and sides that prescribe different velocities to a node end th
 }
 
 TEST_SUITE_END();
+
+} // namespace mpm_reactions_suite

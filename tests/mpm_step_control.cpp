@@ -9,6 +9,8 @@
 #include <cmath>
 #include <doctest/doctest.h>
 
+namespace mpm_step_control_suite {
+
 using namespace ductile;
 using namespace ductile::mpm;
 
@@ -232,3 +234,5 @@ TEST_CASE("of an output time and a contact the earlier ends the step") {
 }
 
 TEST_SUITE_END();
+
+} // namespace mpm_step_control_suite

@@ -5,6 +5,8 @@
 #include <ductile/base/threads.hpp>
 #include <ductile/mpm/time_stepper.hpp>
 
+namespace mpm_threads_suite {
+
 using namespace mpm_scenes;
 
 namespace {
@@ -92,3 +94,5 @@ TEST_CASE("so have long sums, and a Krylov method made of them") {
 }
 
 TEST_SUITE_END();
+
+} // namespace mpm_threads_suite

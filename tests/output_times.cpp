@@ -3,6 +3,8 @@
 
 #include <doctest/doctest.h>
 
+namespace output_times_suite {
+
 using namespace ductile::io;
 using Times = std::vector<double>;
 
@@ -53,3 +55,5 @@ TEST_CASE("snapshots beyond the end are announced as missing") {
 }
 
 TEST_SUITE_END();
+
+} // namespace output_times_suite

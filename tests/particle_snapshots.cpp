@@ -13,6 +13,8 @@
 #include <cmath>
 #include <vector>
 
+namespace particle_snapshots_suite {
+
 using namespace ductile;
 using namespace ductile::io;
 
@@ -144,3 +146,5 @@ TEST_CASE("earlier snapshots of another kind are refused; a full disk leaves the
 }
 
 TEST_SUITE_END();
+
+} // namespace particle_snapshots_suite

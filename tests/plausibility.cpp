@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+namespace plausibility_suite {
+
 using namespace ductile;
 
 namespace {
@@ -79,3 +81,5 @@ TEST_CASE("the line of a material has its wave speed sqrt((lambda + 2 mu)/rho), 
 }
 
 TEST_SUITE_END();
+
+} // namespace plausibility_suite

@@ -11,6 +11,8 @@
 #include <random>
 #include <string>
 
+namespace point_suite {
+
 using namespace ductile;
 using namespace ductile::point;
 
@@ -209,3 +211,5 @@ TEST_SUITE("point") {
             CHECK(contains(message, part));
     }
 }
+
+} // namespace point_suite

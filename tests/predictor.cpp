@@ -9,6 +9,8 @@
 #include <doctest/doctest.h>
 #include <random>
 
+namespace predictor_suite {
+
 using namespace ductile;
 using namespace ductile::quasistatic;
 
@@ -364,3 +366,5 @@ TEST_SUITE("predictor") {
         }
     }
 }
+
+} // namespace predictor_suite

@@ -16,6 +16,8 @@
 #include <stdexcept>
 #include <vector>
 
+namespace program_suite {
+
 using namespace ductile;
 using namespace ductile::io;
 namespace fs = std::filesystem;
@@ -544,3 +546,5 @@ TEST_CASE("bad input leaves nothing behind") {
 }
 
 TEST_SUITE_END();
+
+} // namespace program_suite

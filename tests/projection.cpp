@@ -10,6 +10,8 @@
 #include <limits>
 #include <random>
 
+namespace projection_suite {
+
 using namespace ductile;
 using namespace ductile::quasistatic;
 
@@ -338,3 +340,5 @@ TEST_SUITE("projection") {
         CHECK_THROWS_AS(projection.apply(force, {}, 1.0, cells), RunError);
     }
 }
+
+} // namespace projection_suite

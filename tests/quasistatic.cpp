@@ -15,6 +15,8 @@
 #include <string>
 #include <vector>
 
+namespace quasistatic_suite {
+
 using namespace ductile;
 using namespace ductile::quasistatic;
 
@@ -775,3 +777,5 @@ TEST_SUITE("quasistatic") {
         CHECK(static_cast<double>(inner) / n == doctest::Approx(0.683).epsilon(0.06).scale(0.0)); // normal
     }
 }
+
+} // namespace quasistatic_suite

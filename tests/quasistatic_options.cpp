@@ -7,6 +7,8 @@
 #include <cmath>
 #include <doctest/doctest.h>
 
+namespace quasistatic_options_suite {
+
 using namespace ductile;
 using namespace ductile::quasistatic;
 
@@ -74,3 +76,5 @@ TEST_CASE("a tolerance that is known to be missed is doubted") {
 }
 
 TEST_SUITE_END();
+
+} // namespace quasistatic_options_suite

@@ -8,6 +8,8 @@
 #include <functional>
 #include <string>
 
+namespace resolution_suite {
+
 using namespace ductile;
 using namespace ductile::quasistatic;
 using doctest::Approx;
@@ -146,3 +148,5 @@ TEST_CASE("differences are root mean squares in the units of their errors") {
 }
 
 TEST_SUITE_END();
+
+} // namespace resolution_suite

@@ -16,6 +16,8 @@
 #include <utility>
 #include <vector>
 
+namespace rk21_suite {
+
 using namespace ductile;
 
 namespace {
@@ -431,3 +433,5 @@ TEST_SUITE("rk21") {
         }
     }
 }
+
+} // namespace rk21_suite

@@ -22,6 +22,8 @@
 #include <tuple>
 #include <vector>
 
+namespace scene_files_suite {
+
 using namespace ductile;
 using namespace ductile::io;
 using scratch::Arguments;
@@ -454,3 +456,5 @@ TEST_CASE("a run on the grid begins where a snapshot of another one ended, on it
 }
 
 TEST_SUITE_END();
+
+} // namespace scene_files_suite

@@ -25,6 +25,8 @@
 #include <string>
 #include <vector>
 
+namespace scene_parts_suite {
+
 using namespace ductile;
 
 namespace {
@@ -372,3 +374,5 @@ TEST_CASE("initial fields from a file: the same grid, another one, and a stress 
 }
 
 TEST_SUITE_END();
+
+} // namespace scene_parts_suite

@@ -17,6 +17,8 @@
 #include <string>
 #include <vector>
 
+namespace shear_band_files_suite {
+
 using namespace ductile;
 using scratch::Arguments;
 using scratch::operator+;
@@ -405,3 +407,5 @@ TEST_CASE("numbers that no solid has, and loads that inertia would bear, are war
 }
 
 TEST_SUITE_END();
+
+} // namespace shear_band_files_suite

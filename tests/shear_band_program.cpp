@@ -19,6 +19,8 @@
 #include <thread>
 #include <vector>
 
+namespace shear_band_program_suite {
+
 using namespace ductile;
 using namespace ductile::io;
 using scratch::Arguments;
@@ -525,3 +527,5 @@ TEST_CASE("a continued run may write into another folder and leaves the first on
 }
 
 TEST_SUITE_END();
+
+} // namespace shear_band_program_suite

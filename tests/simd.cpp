@@ -7,6 +7,8 @@
 #include <limits>
 #include <random>
 
+namespace simd_suite {
+
 using namespace ductile;
 
 namespace {
@@ -197,3 +199,5 @@ TEST_SUITE("simd") {
         CHECK(!any_of(Pack(nan) >= Pack(1.0)));
     }
 }
+
+} // namespace simd_suite

@@ -19,6 +19,8 @@
 #include <string>
 #include <vector>
 
+namespace snapshot_fields_suite {
+
 using namespace ductile;
 using doctest::Approx;
 
@@ -278,3 +280,5 @@ TEST_CASE("points: rigid bodies are where they have moved to") {
 }
 
 TEST_SUITE_END();
+
+} // namespace snapshot_fields_suite

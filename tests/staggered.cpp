@@ -7,6 +7,8 @@
 
 #include <random>
 
+namespace staggered_suite {
+
 using namespace ductile;
 
 namespace {
@@ -205,3 +207,5 @@ TEST_SUITE("staggered") {
         }
     }
 }
+
+} // namespace staggered_suite

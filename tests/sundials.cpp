@@ -13,6 +13,8 @@
 #include <utility>
 #include <vector>
 
+namespace sundials_suite {
+
 using namespace ductile;
 using namespace ductile::sundials;
 
@@ -192,3 +194,5 @@ TEST_SUITE("sundials") {
                        "more than 7 steps"));
     }
 }
+
+} // namespace sundials_suite

@@ -18,6 +18,8 @@
 #include <thread>
 #include <vector>
 
+namespace threads_suite {
+
 using namespace ductile;
 
 namespace {
@@ -185,3 +187,5 @@ TEST_CASE("impossible numbers of threads are refused") {
 }
 
 TEST_SUITE_END();
+
+} // namespace threads_suite

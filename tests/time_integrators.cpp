@@ -15,6 +15,8 @@
 #include <memory>
 #include <string>
 
+namespace time_integrators_suite {
+
 using namespace ductile;
 
 namespace {
@@ -274,3 +276,5 @@ TEST_SUITE("time_integrators") {
             CHECK(method.steps_by_method(std::array{0.0, 0.0, count, count})[0].second == 0);
     }
 }
+
+} // namespace time_integrators_suite

@@ -7,6 +7,8 @@
 #include <random>
 #include <vector>
 
+namespace transport_suite {
+
 using namespace ductile;
 
 namespace {
@@ -366,3 +368,5 @@ TEST_SUITE("transport") {
         }
     }
 }
+
+} // namespace transport_suite
