@@ -140,6 +140,11 @@ TEST_SUITE("elements") {
         }
     }
 
+    TEST_CASE("middles of equal parts are where the cells of a snapshot have their values") {
+        CHECK(middles(3, 6) == std::vector{1.0, 3.0, 5.0});
+        CHECK(middles(4, 2) == std::vector{0.25, 0.75, 1.25, 1.75});
+    }
+
     TEST_CASE("a periodic line differentiates and shifts the waves that it has") {
         for (const int points : {4, 9, 20}) {
             const PeriodicLine line(points, 3.0, LineRule::spectral);
