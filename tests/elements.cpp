@@ -36,6 +36,10 @@ std::unique_ptr<Space> elements_on(const Choice& choice, bool transported = fals
     return make_element_space(choice.grid, {fields::glass_law, transported}, {.degree = choice.degree, .edges = choice.edges});
 }
 
+std::unique_ptr<Space> adaptable(const Grid& grid, int degree) {
+    return make_element_space(grid, {fields::glass_law, false}, {.degree = degree, .adapt = true});
+}
+
 std::unique_ptr<Space> staggered_on(const Grid& grid) { return make_staggered_space(grid, {fields::glass_law, false}, {}); }
 
 VectorField random_velocity(const Space& space, std::mt19937& engine) {
@@ -440,6 +444,124 @@ TEST_SUITE("elements") {
         CHECK(staggered->unresolved(rough).y < 1e-14);
     }
 
+    TEST_CASE_FIXTURE(fields::OneThread, "fields keep their integrals and their polynomials where edges move") {
+        std::mt19937 engine(11);
+        const auto space = adaptable(rectangle, 6); // four elements
+        CHECK(space->movable_edges() == std::vector{0.0, 0.5, 1.0, 1.5, 2.0});
+        const double k = 2.0 * pi / rectangle.width;
+        const auto smooth = [&](double x, double y) { return std::cos(k * x) * (1.0 + y - 3.0 * y * y + std::pow(y, 5)) + 0.3; };
+        const auto smoother = [&](double x, double y) { return smooth(x, y) + std::sin(k * x) * std::pow(y, 6); };
+        Field polynomial(24, 12, 2), rough(24, 12), at_nodes(25, 12);
+        fields::fill_randomly(rough, engine, -1.0, 1.0);
+        fill_cells(*space, polynomial, smooth);
+        fill_nodes(*space, at_nodes, smoother);
+        const auto integral = [&](const Field& field, int column) {
+            double sum = 0.0;
+            for (int j = 0; j < field.rows(); ++j)
+                sum += space->rows().weight[static_cast<std::size_t>(j)] * field(column, j);
+            return sum;
+        };
+        const auto square = [&](const Field& field) {
+            double sum = 0.0;
+            for (int j = 0; j < field.rows(); ++j)
+                sum += space->rows().weight[static_cast<std::size_t>(j)] * field(4, j) * field(4, j);
+            return sum;
+        };
+        const Field before = rough;
+        const double of_column = integral(rough, 4), of_square = square(rough);
+        // the first is halved, the last two are one: nothing is lost of the first two
+        space->move_edges({0.0, 0.25, 0.5, 1.0, 2.0}, std::array{&polynomial, &rough, &at_nodes});
+        CHECK(space->movable_edges() == std::vector{0.0, 0.25, 0.5, 1.0, 2.0});
+        CHECK(space->rows().node[6] == doctest::Approx(3.0).epsilon(1e-14));
+        Field expected = polynomial, expected_at_nodes = at_nodes;
+        fill_cells(*space, expected, smooth);
+        fill_nodes(*space, expected_at_nodes, smoother);
+        CHECK(largest_difference(polynomial, expected) < 1e-12);
+        CHECK(largest_difference(at_nodes, expected_at_nodes) < 1e-12);
+        CHECK(polynomial(-1, 3) == polynomial(11, 3));
+        CHECK(at_nodes(12, 24) == at_nodes(0, 24));
+        CHECK(integral(rough, 4) == doctest::Approx(of_column).epsilon(1e-12));
+        CHECK(square(rough) < 0.99 * of_square);
+        // what had been one element comes back from its halves
+        space->move_edges({0.0, 0.5, 1.0, 1.5, 2.0}, std::array{&rough});
+        double difference = 0.0;
+        for (int j = 0; j < 12; ++j)
+            difference = std::max(difference, std::abs(rough(4, j) - before(4, j)));
+        CHECK(difference < 1e-12);
+        CHECK(integral(rough, 4) == doctest::Approx(of_column).epsilon(1e-12));
+        // any edges: a velocity of the new space still meets the stiffness of the new space
+        space->move_edges({0.0, 0.3, 0.35, 1.4, 2.0}, {});
+        const VectorField velocity = random_velocity(*space, engine);
+        VectorField force = space->make_velocity();
+        space->divergence(stress_of(*space, velocity).stress, 1.0, force);
+        for (const int wall : {0, rectangle.cells_y})
+            for (auto [from, to] : {std::pair{&velocity.u, &force.u}, {&velocity.v, &force.v}})
+                std::copy_n(from->row(wall), rectangle.cells_x, to->row(wall));
+        space->solve(force, WallData::given);
+        CHECK(largest_difference(force.u, velocity.u) < 1e-9);
+        CHECK(largest_difference(force.v, velocity.v) < 1e-9);
+    }
+
+    TEST_CASE_FIXTURE(fields::OneThread, "edges go to where fields are fine, until all elements show about as much") {
+        Grid tall = rectangle;
+        tall.cells_y = 96;
+        const auto space = adaptable(tall, 8); // twelve elements
+        CellState cells = space->make_cells();
+        const double scale = fields::glass_law->variables()[0].natural_scale();
+        const auto fill = [&](double width) {
+            fill_cells(*space, cells.internal[0],
+                       [&](double, double y) { return scale * (0.5 + 0.1 * std::tanh((y - 0.37) / width)); });
+        };
+        // the tail of a Legendre series, element by element, in the mean square over the height
+        const auto worst = [&] { return space->unresolved(cells).y; };
+        fill(2.0);
+        CHECK(space->better_edges(cells).empty());
+        const double width = 0.04;
+        fill(width);
+        const double uniform = worst();
+        int rounds = 0;
+        for (std::vector<double> edges; !(edges = space->better_edges(cells)).empty() && rounds < 20; ++rounds) {
+            CHECK(edges.size() == 13);
+            CHECK(edges.front() == 0.0);
+            CHECK(edges.back() == 2.0);
+            space->move_edges(edges, {});
+            fill(width);
+        }
+        CHECK(rounds > 0);
+        CHECK(rounds < 10);
+        CHECK(worst() < 0.01 * uniform);
+        const std::vector<double> edges = space->movable_edges();
+        double narrowest = 2.0, where = 0.0;
+        for (std::size_t e = 0; e + 1 < edges.size(); ++e)
+            if (edges[e + 1] - edges[e] < narrowest) {
+                narrowest = edges[e + 1] - edges[e];
+                where = 0.5 * (edges[e + 1] + edges[e]) - 1.0;
+            }
+        CHECK(narrowest < 0.5 * 2.0 / 12.0);
+        CHECK(std::abs(where - 0.37) < 0.1);
+        // also by the stress, and away from there again
+        set_all(cells.internal[0], scale * 0.5);
+        fill_cells(*space, cells.stress.tau, [&](double, double y) { return 0.8 + 0.1 * std::tanh((y + 0.6) / width); });
+        const std::vector<double> moved = space->better_edges(cells);
+        REQUIRE_FALSE(moved.empty());
+        const auto elements_about = [&](const std::vector<double>& of, double y) {
+            return std::ranges::count_if(of, [&](double edge) { return std::abs(edge - 1.0 - y) < 0.15; });
+        };
+        CHECK(elements_about(moved, -0.6) > elements_about(edges, -0.6));
+        CHECK(elements_about(moved, 0.37) < elements_about(edges, 0.37));
+        // of fields that are round-off, nothing
+        set_all(cells.stress.tau, 0.8);
+        CHECK(space->better_edges(cells).empty());
+        // elements that must not move do not
+        const auto fixed = elements_on({.grid = tall, .degree = 8});
+        CHECK(fixed->movable_edges().empty());
+        fill_cells(*fixed, cells.internal[0], [&](double, double y) { return scale * (0.5 + 0.1 * std::tanh(y / width)); });
+        CHECK(fixed->better_edges(cells).empty());
+        CHECK_THROWS_AS(fixed->move_edges(edges, {}), InputError);
+        CHECK_THROWS_AS(staggered_on(tall)->move_edges(edges, {}), InputError);
+        CHECK_THROWS_AS(space->move_edges({0.0, 1.0, 2.0}, {}), InputError);
+    }
+
     TEST_CASE("what cannot be is refused with a way out") {
         const auto message = [&](const Grid& grid, bool transported, const ElementOptions& options) -> std::string {
             try {
@@ -456,6 +578,8 @@ TEST_SUITE("elements") {
         CHECK(contains(message(rectangle, false, {.degree = 6, .edges = {0.0}}), "make 4"));
         CHECK(contains(message(rectangle, false, {.degree = 6, .edges = {0.5, 0.2, 0.9}}), "rise"));
         CHECK(contains(message(rectangle, false, {.degree = 6, .edges = {-1.5, 0.2, 0.9}}), "rise"));
+        CHECK(contains(message(rectangle, false, {.degree = 12, .adapt = true}), "2 elements of degree 12 cannot be adapted"));
+        CHECK(contains(message(rectangle, false, {.degree = 3, .adapt = true}), "three of degree 4 or more"));
     }
 }
 

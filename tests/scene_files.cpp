@@ -231,7 +231,7 @@ TEST_CASE("every scene file runs") {
 
 TEST_CASE("an accuracy goes before the cells of a scene's file, not before those beside it") {
     const scratch::Folder folder;
-    const Arguments scene = {scenes / "soft-disc.toml", "--duration", "0.05"};
+    const Arguments scene = {scenes / "wall-band.toml", "--duration", "0.05"};
     const Outcome outcome = run("scene", scene + Arguments{"--accuracy", "1e-2", "--output", folder / "run"});
     CAPTURE(outcome.errors);
     REQUIRE(outcome.status == 0);
@@ -240,7 +240,7 @@ TEST_CASE("an accuracy goes before the cells of a scene's file, not before those
     CHECK(summary.at("parameters").at("cells") != "48x192");
     CHECK(summary.at("extra").at("estimated_error_stress").get<double>() < 1e-2);
     const std::string file = folder / "both.toml";
-    scratch::write(file, scratch::read(scenes / "soft-disc.toml") + "accuracy = 1e-3\n");
+    scratch::write(file, scratch::read(scenes / "wall-band.toml") + "accuracy = 1e-3\n");
     for (const Arguments& arguments : {Arguments{file}, scene + Arguments{"--accuracy", "1e-3", "--cells", "48x192"}}) {
         const Outcome refused = run("scene", arguments + Arguments{"--output", folder / "none"});
         CHECK(refused.status == 2);

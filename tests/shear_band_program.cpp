@@ -135,12 +135,15 @@ TEST_CASE("wrong options end with status 2 and a message, and leave nothing behi
     refused({"--scheme", "leapfrog"}, "--scheme leapfrog: it must be one of auto, euler, substepped, incremental");
     refused({"--snapshots", "0,-1"}, "element '-1' is wrong");
     const Arguments elements = {"--space", "elements", "--cells", "16x24"};
-    refused(elements + Arguments{"--degree", "7"}, "take 21 or 28 rows (--space, --cells, --degree, --element-edges)");
+    refused(elements + Arguments{"--degree", "7"},
+            "take 21 or 28 rows (--space, --cells, --degree, --element-edges, --adapt-elements)");
     refused(elements + Arguments{"--degree", "1"}, "take the staggered space");
     refused(elements + Arguments{"--degree", "8", "--element-edges", "0.001"}, "1 edges make 2 elements");
     for (const auto& [option, value] : {std::array{"--equilibrium", "cholesky"}, {"--operator", "full"}, {"--advection", "eno2"}})
         refused(elements + Arguments{"--degree", "8", option, value}, "are of the staggered grid");
     refused({"--element-edges", "0.001"}, "add --space elements");
+    refused({"--adapt-elements"}, "add --space elements");
+    refused(elements + Arguments{"--degree", "12", "--adapt-elements"}, "2 elements of degree 12 cannot be adapted");
     const Arguments accuracy = {"--accuracy", "1e-3"};
     refused(accuracy + Arguments{"--cells", "32"}, "--accuracy 0.001 and --cells: the one finds the other");
     refused(accuracy + Arguments{"--cells", "128"}, "--accuracy 0.001 and --cells"); // the default, said aloud
@@ -452,6 +455,66 @@ TEST_CASE("a run says whether its space shows all there is, and draws fields on 
     CHECK(file.shape("snapshots/000000/tau") == std::vector<std::size_t>{4, 5});
     CHECK(file.shape("snapshots/000000/velocity_x") == std::vector<std::size_t>{5, 6});
     CHECK(file.read_doubles("grid/y_centre").size() == 4);
+}
+
+TEST_CASE("elements that follow a band show it five times better, and go on from a checkpoint with the same bits") {
+    const scratch::Folder folder;
+    const Arguments scene = {"--initial",        "disc",     "--initial-base", "600",    "--initial-amplitude", "300",
+                             "--initial-length", "3e-3",     "--initial-y",    "-0.004", "--threads",           "1",
+                             "--space",          "elements", "--degree",       "8",      "--snapshot-cells",    "20x60",
+                             "--snapshots",      "0.85,1"};
+    const Arguments end = {"--duration", "1"}, coarse = {"--cells", "24x96"}, adapted = {"--adapt-elements"};
+    run_well(scene + end + Arguments{"--cells", "24x288", "--output", folder / "exact"});
+    run_well(scene + end + coarse + Arguments{"--output", folder / "even"});
+    run_well(scene + end + coarse + adapted + Arguments{"--output", folder / "whole"});
+    const auto velocity = [&](const char* name) { return result_in(folder / name).arrays.at("snapshots/000001/velocity_x"); };
+    const std::vector<double> exact = velocity("exact");
+    const auto error = [&](const char* name) {
+        double sum = 0.0;
+        const std::vector<double> there = velocity(name);
+        for (std::size_t k = 0; k < exact.size(); ++k)
+            sum += (there[k] - exact[k]) * (there[k] - exact[k]);
+        return std::sqrt(sum);
+    };
+    CHECK(error("whole") < 0.2 * error("even"));
+    const nlohmann::json said = summary(folder / "whole"), of_even = summary(folder / "even");
+    CHECK(said["warnings"].empty());
+    CHECK(said["extra"]["edge_moves"].get<double>() > 0.0);
+    CHECK(said["extra"]["edge_corrections"].get<double>() > 0.0);
+    CHECK(said["extra"]["edge_corrections"].get<double>() < 1e-4);
+    CHECK(std::abs(said["extra"]["energy_error_of_work"].get<double>()) < 1e-5);
+    CHECK_FALSE(of_even["extra"].contains("edge_moves"));
+    // equilibrium to round-off in every row, whatever has moved before it
+    std::istringstream rows(scratch::read(folder / "whole/history.csv"));
+    std::size_t column = 0, residuals = 0;
+    for (std::string line; std::getline(rows, line);) {
+        if (line.starts_with('#'))
+            continue;
+        std::vector<std::string> values;
+        std::istringstream cells(line);
+        for (std::string value; std::getline(cells, value, ',');)
+            values.push_back(value);
+        if (line.starts_with("time_s")) {
+            column = static_cast<std::size_t>(std::ranges::find(values, "equilibrium_residual") - values.begin());
+            continue;
+        }
+        CHECK(std::stod(values.at(column)) < 1e-11);
+        ++residuals;
+    }
+    CHECK(residuals > 50);
+    // edges have moved when the first part ends; also under a load, and with projection schemes
+    for (const Arguments& how : {Arguments{}, {"--shear-traction", "9e8"}, {"--scheme", "extrapolated", "--tolerance", "1e-3"}}) {
+        CAPTURE(how);
+        const Arguments all = scene + how + coarse + adapted;
+        if (!how.empty())
+            run_well(all + end + Arguments{"--output", folder / "whole"});
+        run_well(all + Arguments{"--duration", "0.85", "--output", folder / "parts"});
+        const auto moves = [&](const char* name) { return summary(folder / name)["extra"]["edge_moves"].get<double>(); };
+        CHECK(moves("parts") > 0.0);
+        CHECK(moves("whole") >= moves("parts") + (how.empty() ? 1 : 0));
+        run_well({"--restart", folder / "parts/checkpoint.h5", "--duration", "1"});
+        CHECK(result_in(folder / "parts") == result_in(folder / "whole"));
+    }
 }
 
 TEST_CASE("the error that --accuracy states is the error there is, within a factor of three") {

@@ -261,8 +261,8 @@ class Snapshot:
         if self.run.parameters.get("space") != "elements":
             raise ResultsError(f"{self.run.folder}: fields are known between cells on elements alone (--space elements)")
         grid, corner = self.run.grid, self.centring(name) == "corner"
-        if self.run.parameters.get("snapshot-cells", "auto") != "auto":
-            raise ResultsError(f"{self.run.folder}: snapshots are on equal cells: leave --snapshot-cells out")
+        if self.run.parameters.get("snapshot-cells", "auto") != "auto" or self.run.parameters.get("adapt-elements"):
+            raise ResultsError(f"{self.run.folder}: snapshots are on equal cells: leave --snapshot-cells and --adapt-elements out")
         values = self[name][:, :-1] if corner else self[name]  # the last column of corners is the first one
         places_x, places_y = (grid.x_corner[:-1], grid.y_corner) if corner else (grid.x_centre, grid.y_centre)
         across = fourier_matrix(places_x, grid.x_corner[-1] - grid.x_corner[0], np.asarray(x))

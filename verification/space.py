@@ -51,7 +51,7 @@ def candidates(options):
 def weights(run):
     """Of the rows of cells in means."""
     edges = run.grid.y_corner
-    if run.parameters["space"] == "elements":
+    if run.parameters["space"] == "elements" and not run.parameters["adapt-elements"]:
         edges, (_, gauss) = edges[::run.parameters["degree"]], np.polynomial.legendre.leggauss(run.parameters["degree"])
         rows = np.outer(np.diff(edges), gauss).ravel()
     else:

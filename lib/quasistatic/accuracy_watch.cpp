@@ -99,6 +99,10 @@ std::vector<std::string> AccuracyWatch::warnings() const {
                 fmt::format("the finest scales of the space in {} hold {:.2g} of the yield stress (or of the internal "
                             "variable's scale) somewhere: what is finer is not shown: use more --cells in {}",
                             direction, share, direction));
+    if (edge_corrections_ > doubtful_move)
+        sentences.push_back(fmt::format("after the {:.0f} moves of the edges of elements equilibrium took changes of stress that "
+                                        "add up to {:.2g} of itself: use more --cells in y",
+                                        edge_moves_, edge_corrections_));
     if (wall_speed_ > inertial_wall_speed(scene_))
         sentences.push_back(fmt::format("under their load the walls moved at {:.4g} m/s at t = {:.6g} s, and inertia, which is "
                                         "left out here, counts from {:.3g} m/s on: lower the traction, or end the run earlier",
@@ -139,7 +143,9 @@ std::vector<std::pair<std::string, double*>> AccuracyWatch::hidden_numbers() {
             {"largest_wall_speed_time", &wall_speed_time_},
             {"elastic_energy_at_start", &elastic_energy_},
             {"work_of_last_step", &work_},
-            {"work_magnitude", &work_magnitude_}};
+            {"work_magnitude", &work_magnitude_},
+            {"edge_moves", &edge_moves_},
+            {"edge_corrections", &edge_corrections_}};
 }
 
 } // namespace ductile::quasistatic

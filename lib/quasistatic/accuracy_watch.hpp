@@ -34,8 +34,10 @@ public:
     static constexpr double doubtful_error = 0.01;    ///< above it the summary warns
     static constexpr double doubtful_residual = 1e-3; ///< above it the summary warns
     static constexpr double doubtful_energy = 0.01;   ///< of the work; above it the summary warns
-    static constexpr double unresolved = 0.015;       ///< at the end, of Space::unresolved; above it the summary warns
-    static constexpr int residual_interval = 64;      ///< steps from one look at the residual to the next
+    static constexpr double doubtful_move =
+        1e-4; ///< edge_corrections(); above it the summary warns: flow that localises grows from it
+    static constexpr double unresolved = 0.015;  ///< at the end, of Space::unresolved; above it the summary warns
+    static constexpr int residual_interval = 64; ///< steps from one look at the residual to the next
 
     AccuracyWatch(const Scene& scene, const Space& space);
 
@@ -47,6 +49,15 @@ public:
     /// Takes note of an accepted state, unless it is none of those that are looked at. Throws RunError where walls under force
     /// control outrun shear waves.
     void observe(State& state, bool last, TimeStepper& stepper);
+
+    /// Edges of elements have moved, after which equilibrium took a change of stress of this share of itself.
+    void edges_moved(double correction) {
+        ++edge_moves_;
+        edge_corrections_ += correction;
+    }
+    [[nodiscard]] double edge_moves() const { return edge_moves_; }
+    /// The sum of all.
+    [[nodiscard]] double edge_corrections() const { return edge_corrections_; }
 
     /// Elastic energy that nothing accounts for, of the domain.
     [[nodiscard]] double energy_error(double elastic_energy, const EnergyFlow& passed) const {
@@ -77,6 +88,7 @@ private:
     double wall_speed_ = 0.0, wall_speed_time_ = 0.0; // under force control
     double elastic_energy_ = 0.0;                     // at the start
     double work_ = 0.0, work_magnitude_ = 0.0;        // at the last step, and the sum of magnitudes of all steps
+    double edge_moves_ = 0.0, edge_corrections_ = 0.0;
 };
 
 } // namespace ductile::quasistatic

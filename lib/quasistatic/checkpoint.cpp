@@ -38,9 +38,11 @@ void describe(Accumulation& accumulation, io::Checkpoint& content) {
         content.arrays.emplace_back(name, view(*field));
 }
 
-State read_state(const io::CheckpointReader& checkpoint, const Scene& scene, const Space& space) {
+State read_state(const io::CheckpointReader& checkpoint, const Scene& scene, Space& space) {
     const Grid& grid = scene.grid;
     checkpoint.require_cells({grid.cells_x, grid.cells_y});
+    if (!space.movable_edges().empty())
+        space.move_edges(checkpoint.vector("element_edges"), {});
     const std::string columns = checkpoint.history().mark.columns;
     for (const InternalVariable& variable : scene.law->variables())
         if (columns.find(fmt::format("largest_{}", column_name(variable))) == std::string::npos)

@@ -10,10 +10,10 @@
 namespace ductile::quasistatic {
 
 /// The number of this program's checkpoint format, raised when its content changes.
-inline constexpr int checkpoint_format = 12;
+inline constexpr int checkpoint_format = 13;
 
 /// The state a checkpoint holds. Throws InputError when it has another grid or another internal variable.
-[[nodiscard]] State read_state(const io::CheckpointReader& checkpoint, const Scene& scene, const Space& space);
+[[nodiscard]] State read_state(const io::CheckpointReader& checkpoint, const Scene& scene, Space& space);
 
 /// Restores what a checkpoint holds besides: what is known of the accuracy so far; step control and the memory of the state,
 /// unless they belong to another scheme or step control than the run's (then the run goes on from the bare state).

@@ -69,6 +69,12 @@ void IndexReducedStepper::provide_rate(State& state) {
     kept.told_opening = told.opening;
 }
 
+void IndexReducedStepper::renew(State& state) {
+    adopt(state);
+    kept_in(state).told_shear = std::numeric_limits<double>::quiet_NaN();
+    provide_rate(state);
+}
+
 double IndexReducedStepper::time_scale(State& state) {
     provide_rate(state);
     return 1.0 / system_.norm(std::array{Space::Term{&kept_in(state).rate, 1.0}});

@@ -24,6 +24,7 @@ public:
     void adopt(State& state) const override;
     [[nodiscard]] double time_scale(State& state) override;
     [[nodiscard]] double limit_step(State& state, double dt) override;
+    void renew(State& state) override;
     StepAttempt attempt(State& state, double dt, double end, const Judge& judge, const Within& within) override;
     [[nodiscard]] StepperCounts counts() const override;
     [[nodiscard]] PhaseSeconds phase_seconds() const override;

@@ -138,30 +138,7 @@ void interpolate(const Fields& from, const std::vector<double>& values, double f
     }
 }
 
-/// Sum of squares over all cells and components, of `a` less `b` if there is one.
-double square_of(const StressField& a, const StressField* b) {
-    double sum = 0.0;
-    for (const auto component : {&StressField::p, &StressField::s, &StressField::tau, &StressField::q})
-        for (int j = 0; j < (a.*component).rows(); ++j)
-            for (int i = 0; i < (a.*component).columns(); ++i) {
-                const double difference = (a.*component)(i, j) - (b ? (b->*component)(i, j) : 0.0);
-                sum += difference * difference;
-            }
-    return sum;
-}
-
 } // namespace
-
-double put_into_equilibrium(const Scene& scene, Space& space, CellState& start) {
-    const StressField given = start.stress;
-    VectorField force = space.make_velocity();
-    space.divergence(given, -1.0, force);
-    (void)Projection(scene, space).apply(force, {}, 1.0, start);
-    bring_to_load(scene, space, 0.0, start);
-    start.energy = {}; // it starts from there
-    const double square = square_of(given, nullptr);
-    return square > 0.0 ? std::sqrt(square_of(start.stress, &given) / square) : 0.0;
-}
 
 FileStart start_from_file(const Scene& scene, Space& space, const std::filesystem::path& path) {
     const InternalVariable variable = scene.law->variables().front();
@@ -194,7 +171,8 @@ FileStart start_from_file(const Scene& scene, Space& space, const std::filesyste
     for (const auto& [name, field] : {std::pair{"pressure", &cells.stress.p}, std::pair{"s", &cells.stress.s},
                                       std::pair{"tau", &cells.stress.tau}, std::pair{"q", &cells.stress.q}})
         interpolate(fields, fields.values.at(name), inverse, space.rows(), *field);
-    result.correction = put_into_equilibrium(scene, space, cells);
+    result.correction = put_into_equilibrium(scene, space, 0.0, cells);
+    cells.energy = {}; // it starts from there
     return result;
 }
 

@@ -12,10 +12,6 @@ struct FileStart {
     double correction = 0.0; ///< root mean square of the change, over that of the stress in the file; 0 without stress
 };
 
-/// Takes the part of a start's stress that is out of equilibrium away; walls under a traction bring it to that. Returns the root
-/// mean square of the change over that of the stress.
-double put_into_equilibrium(const Scene& scene, Space& space, CellState& start);
-
 /// Initial fields from a file, on the scene's grid or another one that covers the same domain: the first internal variable
 /// ("effective_temperature" [K], "plastic_strain"), and, if you like, the stress: "pressure", "s", "tau", "q" [Pa], all four.
 /// HDF5: datasets of rows [y][x] at the top, or in the last snapshot of a fields.h5; CSV: columns with a head, x and y of the

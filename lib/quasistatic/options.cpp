@@ -149,6 +149,10 @@ void declare_space(io::Program& program, Options& o) {
     program.option(
         "--element-edges", o.element_edges,
         help("elements: where they meet, y1,y2,... between the walls, the origin in the middle; none: equal heights", "m"));
+    program.option(
+        "--adapt-elements", o.space.elements.adapt,
+        help("elements: halve them where the fields are fine, and join as many where they are smooth, at the start and "
+             "as the run goes on; snapshots are then on equal cells"));
     const auto staggered = [&](std::string meaning) {
         return help("staggered: " + std::move(meaning), "", io::any_number, io::Restart::may_change);
     };
@@ -361,12 +365,14 @@ std::unique_ptr<Space> make_space(const Options& o, const Scene& scene) {
             "leave them out, or take --space staggered");
     if (space.kind == SpaceKind::staggered && !o.element_edges.empty())
         throw InputError("--element-edges: the staggered grid has no elements: add --space elements");
+    if (space.kind == SpaceKind::staggered && space.elements.adapt)
+        throw InputError("--adapt-elements: the staggered grid has no elements: add --space elements");
     for (const double y : o.element_edges)
         space.elements.edges.push_back(y / scene.units.length);
     try {
         return make_space(scene, space);
     } catch (const InputError& error) {
-        throw InputError(fmt::format("{} (--space, --cells, --degree, --element-edges)", error.what()));
+        throw InputError(fmt::format("{} (--space, --cells, --degree, --element-edges, --adapt-elements)", error.what()));
     }
 }
 
@@ -395,7 +401,7 @@ run::Outputs make_outputs(const Options& o, const Scene& scene, double start) {
         throw InputError(
             fmt::format("--duration {}: the checkpoint is at t = {:.6g} s already: a longer --duration goes on from there",
                         o.duration, start * scene.units.time));
-    io::CellCount cells;
+    io::CellCount cells = o.space.elements.adapt ? o.cells : io::CellCount{}; // of points that move there would be no one grid
     if (o.snapshot_cells != "auto")
         try {
             cells = io::parse_cell_count(o.snapshot_cells);

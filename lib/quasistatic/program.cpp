@@ -6,6 +6,7 @@
 #include <ductile/quasistatic/doubts.hpp>
 #include <ductile/quasistatic/initial_file.hpp>
 #include <ductile/quasistatic/program.hpp>
+#include <ductile/quasistatic/projection.hpp>
 #include <ductile/quasistatic/resolution.hpp>
 #include <ductile/quasistatic/run.hpp>
 
@@ -27,7 +28,7 @@ struct Start {
     std::string said = {}, warning = {};
 };
 
-Start start(const Options& options, const Scene& scene, Space& space) {
+Start start_on(const Options& options, const Scene& scene, Space& space) {
     if (options.initial_file.empty() != (options.initial != InitialChoice::file))
         throw InputError(options.initial_file.empty() ? "--initial file: which? add --initial-file FILE"
                                                       : "--initial-file: it is read with --initial file only");
@@ -35,7 +36,8 @@ Start start(const Options& options, const Scene& scene, Space& space) {
         State state = initial_state(scene, space, make_initial_internal(options, scene, space.rows()));
         if (options.initial_stress > 0.0) {
             add_eigenstress(options, scene, space.rows(), state.cells.stress);
-            (void)put_into_equilibrium(scene, space, state.cells);
+            (void)put_into_equilibrium(scene, space, 0.0, state.cells);
+            state.cells.energy = {}; // it starts from there
         }
         return {std::move(state)};
     }
@@ -55,6 +57,20 @@ Start start(const Options& options, const Scene& scene, Space& space) {
     return begun;
 }
 
+/// On edges that suit it, where edges may move.
+Start start(const Options& options, const Scene& scene, Space& space) {
+    constexpr int most_rounds = 20; // what is rough on every scale never has edges that suit it
+    Start made = start_on(options, scene, space);
+    for (int round = 0; round < most_rounds; ++round) {
+        const std::vector<double> edges = space.better_edges(made.state.cells);
+        if (edges.empty())
+            break;
+        space.move_edges(edges, {});
+        made = start_on(options, scene, space);
+    }
+    return made;
+}
+
 EndState end_of(const Options& options, const Scene& scene, Space& space, const State& state) {
     return {scene, space, state, largest_wall_speed(options, scene) / scene.units.velocity()};
 }
@@ -64,8 +80,9 @@ EndState end_of(const Options& options, const Scene& scene, Space& space, const 
 Resolution find_resolution(const io::Program& program, Options& options) {
     const std::string accuracy = fmt::format("--accuracy {:g}", options.accuracy);
     std::vector<std::string> overruled;
-    for (const std::string key : {"--cells", "--tolerance", "--element-edges", "--space"}) {
-        if (key == "--space" && options.space.kind == SpaceKind::elements)
+    for (const std::string key : {"--cells", "--tolerance", "--element-edges", "--space", "--adapt-elements"}) {
+        if ((key == "--space" && options.space.kind == SpaceKind::elements) ||
+            (key == "--adapt-elements" && options.space.elements.adapt))
             continue;
         const io::Source source = program.source(key);
         const bool differs = !program.has_default(key);

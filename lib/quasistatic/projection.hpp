@@ -37,4 +37,8 @@ private:
     long long solves_ = 0;
 };
 
+/// Takes the part of a stress that is out of equilibrium away; walls under a traction bring it to that of `time`. Returns the
+/// root mean square of the change over that of the stress.
+double put_into_equilibrium(const Scene& scene, Space& space, double time, CellState& cells);
+
 } // namespace ductile::quasistatic

@@ -91,6 +91,7 @@ Resolution::Resolution(Options& options, const std::function<EndState(const Opti
     : degree_(options.space.elements.degree) {
     const double asked = options.accuracy, shorter = std::min(options.width, options.height);
     options.space.kind = SpaceKind::elements;
+    options.space.elements.adapt = true;
     const auto made = [&](Run run) {
         options.cells = run.points;
         run.end = integrate(options);

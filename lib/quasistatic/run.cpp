@@ -101,6 +101,7 @@ public:
         last_measure_ = attempt.measure;
         if (accumulation_)
             accumulation_->end(state_);
+        follow();
         return true;
     }
 
@@ -175,6 +176,9 @@ public:
         quasistatic::describe(scene_, state_, control_, watch_, content);
         if (accumulation_)
             quasistatic::describe(*accumulation_, content);
+        edges_ = space_.movable_edges();
+        if (!edges_.empty())
+            content.vectors.emplace_back("element_edges", edges_);
     }
     [[nodiscard]] int checkpoint_format() const override { return quasistatic::checkpoint_format; }
 
@@ -210,6 +214,10 @@ public:
         const Unresolved unresolved = space_.unresolved(state_.cells);
         summary.extra["unresolved_x"] = unresolved.x;
         summary.extra["unresolved_y"] = unresolved.y;
+        if (!space_.movable_edges().empty()) {
+            summary.extra["edge_moves"] = watch_.edge_moves();
+            summary.extra["edge_corrections"] = watch_.edge_corrections();
+        }
         summary.extra["energy_error_of_work"] = watch_.relative_energy_error(elastic_energy, passed);
         if (const std::int64_t steps = total.at("inner_steps"); control_.steps_are_own() && steps > many_steps)
             summary.warnings.push_back(fmt::format(
@@ -227,6 +235,24 @@ private:
     [[nodiscard]] double joule() const { return scene_.units.stress * scene_.units.length * scene_.units.length; }
     /// What is written.
     [[nodiscard]] const State& shown() const { return shown_ ? *shown_ : state_; }
+    /// Where edges of elements may move, to where the fields are fine by now.
+    void follow() {
+        const std::vector<double> edges = space_.better_edges(state_.cells);
+        if (edges.empty())
+            return;
+        std::vector<Field*> fields;
+        for (const auto& [name, field] : named_fields(scene_, state_))
+            fields.push_back(field);
+        if (accumulation_)
+            for (const auto& [name, field] : accumulation_->named_fields())
+                fields.push_back(field);
+        const double before = space_.observe(state_.cells).elastic_energy;
+        space_.move_edges(edges, fields);
+        watch_.edges_moved(put_into_equilibrium(scene_, space_, state_.time, state_.cells));
+        // as of all that differences of space do to it
+        state_.cells.energy.transport += space_.observe(state_.cells).elastic_energy - before;
+        stepper_.renew(state_);
+    }
     void begin_accumulation() {
         pieces_.clear();
         if (!accumulation_)
@@ -255,6 +281,7 @@ private:
     std::optional<Accumulation> accumulation_; // where snapshots are taken
     std::optional<io::SnapshotWriter> snapshots_;
     std::vector<std::string> warnings_;
+    std::vector<double> edges_; // while a checkpoint is written
     StepControl::Step step_;
     bool judged_ = false;                       // the attempted step
     std::vector<double> times_within_, pieces_; // it, to be shown, and where its pieces end

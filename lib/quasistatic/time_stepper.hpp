@@ -81,6 +81,8 @@ public:
     /// when, what to change) when the result is not finite.
     /// A step that is accepted has shown what is `within` it; that it was asked for changes no bit of the step.
     virtual StepAttempt attempt(State& state, double dt, double end, const Judge& judge, const Within& within = {}) = 0;
+    /// Others have changed the fields of a state: what its memory says of their rates is found anew.
+    virtual void renew(State& state) { (void)state; }
 
     /// Whether the velocity that a step leaves is that of its middle, and its mean to second order; otherwise it is that of its
     /// end.

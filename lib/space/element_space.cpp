@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <ductile/base/error.hpp>
 #include <ductile/base/threads.hpp>
+#include <ductile/space/element_adaptation.hpp>
 #include <ductile/space/element_line.hpp>
 #include <ductile/space/element_modes.hpp>
 #include <ductile/space/periodic_line.hpp>
@@ -16,20 +17,24 @@ namespace ductile {
 namespace {
 
 /// From 0 to the height.
+void check_edges(const Grid& grid, int degree, const std::vector<double>& edges) {
+    const std::size_t elements = static_cast<std::size_t>(grid.cells_y / degree);
+    if (edges.size() != elements + 1)
+        throw InputError(fmt::format("{} edges make {} elements, and {} rows of points in elements of degree {} make {}",
+                                     edges.size() - 2, edges.size() - 1, grid.cells_y, degree, elements));
+    for (std::size_t e = 0; e < elements; ++e)
+        if (!(edges[e + 1] - edges[e] > 1e-6 * grid.height))
+            throw InputError("the edges of elements must rise between the walls, by a millionth of their distance or more");
+}
+
 std::vector<double> edges_of(const Grid& grid, const ElementOptions& options) {
-    const int elements = grid.cells_y / options.degree;
     if (options.edges.empty())
-        return equal_elements(elements, grid.height);
+        return equal_elements(grid.cells_y / options.degree, grid.height);
     std::vector<double> edges{0.0};
     for (const double y : options.edges)
         edges.push_back(y + 0.5 * grid.height);
     edges.push_back(grid.height);
-    if (std::ssize(edges) != elements + 1)
-        throw InputError(fmt::format("{} edges make {} elements, and {} rows of points in elements of degree {} make {}",
-                                     options.edges.size(), options.edges.size() + 1, grid.cells_y, options.degree, elements));
-    for (int e = 0; e < elements; ++e)
-        if (!(edges[static_cast<std::size_t>(e) + 1] - edges[static_cast<std::size_t>(e)] > 1e-6 * grid.height))
-            throw InputError("the edges of elements must rise between the walls, by a millionth of their distance or more");
+    check_edges(grid, options.degree, edges);
     return edges;
 }
 
@@ -77,7 +82,7 @@ public:
     ElementSpace(const Grid& grid, const Medium& medium, const ElementOptions& options, std::vector<double> edges)
         : Space(grid, medium, ElementLine(options.degree, edges).rows()),
           x_(grid.cells_x, grid.width, options.degree == 1 ? LineRule::staggered : LineRule::spectral),
-          y_(options.degree, std::move(edges)), modes_(x_, y_, medium.law->elasticity()),
+          y_(options.degree, std::move(edges)), adapt_(options.adapt), modes_(x_, y_, medium.law->elasticity()),
           edges_(static_cast<std::size_t>(4 * y_.elements() * x_.padded())) {
         for (const double weight : y_.at_top)
             minus_at_top_.push_back(-weight);
@@ -94,6 +99,9 @@ public:
     void at_points(const VectorField& velocity, Field& u, Field& v) const override;
     void advect(std::span<Field> fields, const VectorField& velocity, std::span<Field> rates) const override;
     [[nodiscard]] Interpolation interpolation(At at, const std::vector<double>& x, const std::vector<double>& y) const override;
+    [[nodiscard]] std::vector<double> movable_edges() const override { return adapt_ ? y_.edges : std::vector<double>{}; }
+    [[nodiscard]] std::vector<double> better_edges(const CellState& cells) const override;
+    void move_edges(const std::vector<double>& edges, std::span<Field* const> fields) override;
     [[nodiscard]] std::size_t memory_bytes() const override {
         std::size_t numbers = edges_.size();
         for (const auto& [x, y, jumps] : slopes_)
@@ -146,6 +154,7 @@ private:
 
     PeriodicLine x_;
     ElementLine y_;
+    bool adapt_;
     std::vector<double> minus_at_top_;
     ElementModes modes_;
     /// What transport takes from the fields alone, so that all velocities of a right-hand side share it: slopes in x and in y at
@@ -187,6 +196,28 @@ void ElementSpace::find_velocity(const VectorField& velocity, int e, const Eleme
 
 void ElementSpace::prepare_transport(CellState& cells) const {
     find_slopes(cells.count(), [&](int k) -> const Field& { return cells.field(k); });
+}
+
+std::vector<double> ElementSpace::better_edges(const CellState& cells) const {
+    if (!adapt_)
+        return {};
+    std::vector<ScaledField> fields{{&cells.stress.tau}};
+    const auto variables = medium().law->variables();
+    for (std::size_t k = 0; k < variables.size(); ++k)
+        fields.push_back({&cells.internal[k], variables[k].natural_scale()});
+    return adapted_edges(y_, fields);
+}
+
+void ElementSpace::move_edges(const std::vector<double>& edges, std::span<Field* const> fields) {
+    if (!adapt_)
+        return Space::move_edges(edges, fields);
+    check_edges(grid(), y_.degree, edges);
+    ElementLine moved(y_.degree, edges);
+    for (Field* field : fields)
+        carry_over(y_, moved, *field);
+    y_ = std::move(moved);
+    modes_ = ElementModes(x_, y_, medium().law->elasticity());
+    set_rows(y_.rows());
 }
 
 void ElementSpace::find_slopes(int count, FunctionRef<const Field&(int k)> field) const {
@@ -466,6 +497,9 @@ std::unique_ptr<Space> make_element_space(const Grid& grid, const Medium& medium
     if (degree == 1 && medium.transported)
         throw InputError("elements of degree 1 carry fields along with first order only: take the staggered space, the reduced "
                          "model, or a degree of 2 or more");
+    if (options.adapt && (degree < 4 || grid.cells_y / degree < 3))
+        throw InputError(fmt::format("{} elements of degree {} cannot be adapted: that takes three of degree 4 or more",
+                                     grid.cells_y / degree, degree));
     return std::make_unique<ElementSpace>(grid, medium, options, edges_of(grid, options));
 }
 

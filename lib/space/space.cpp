@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <ductile/base/error.hpp>
 #include <ductile/base/threads.hpp>
 #include <ductile/material/point_rates.hpp>
 #include <ductile/space/space.hpp>
@@ -330,6 +331,12 @@ Observables Space::observe(const CellState& cells) const {
         seen.largest_internal.push_back(total.internal[k].largest);
     }
     return seen;
+}
+
+void Space::move_edges(const std::vector<double>& edges, std::span<Field* const> fields) {
+    (void)edges;
+    (void)fields;
+    throw InputError("this space has no edges that may move");
 }
 
 Unresolved Space::unresolved(const CellState& cells) const {

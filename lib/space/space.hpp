@@ -27,6 +27,7 @@ enum class SpaceKind {
 struct ElementOptions {
     int degree = 8;                 ///< of the velocity in y, 1 to 16; 1 differences in x as the staggered grid does
     std::vector<double> edges = {}; ///< where elements meet, y in units of the grid's; empty: elements of equal height
+    bool adapt = false;             ///< the edges may move to where fields are fine
 };
 
 /// How a space discretises.
@@ -149,6 +150,20 @@ public:
                                                       const std::vector<double>& y) const = 0;
     [[nodiscard]] virtual std::size_t memory_bytes() const = 0; ///< factors, plans and work space
 
+    // rows that may move
+
+    /// Edges of elements that may move, walls included, from 0 on; none where nothing may.
+    [[nodiscard]] virtual std::vector<double> movable_edges() const { return {}; }
+    /// As many that would show `cells` better; none where there is little to gain, or nothing may move.
+    [[nodiscard]] virtual std::vector<double> better_edges(const CellState& cells) const {
+        (void)cells;
+        return {};
+    }
+    /// Moves the edges, and carries fields over: those at points, of N rows, as the best polynomials in the mean square, whose
+    /// integrals stay; those at nodes, of N + 1, by the old polynomials. The stress is then out of equilibrium by about what the
+    /// space does not show. Throws InputError where edges may not move, or these are impossible.
+    virtual void move_edges(const std::vector<double>& edges, std::span<Field* const> fields);
+
     // what happens node by node
 
     /// max |B^T sigma| inside, divided by (largest |sigma| component times the longer side of a cell): the relative residual of
@@ -229,6 +244,8 @@ protected:
     [[nodiscard]] std::vector<double>& row_sums() { return row_sums_; }
     /// The root of the mean of a square over the domain, whose sums over the cells of a row are there.
     [[nodiscard]] double root_mean_of_row_sums() const;
+    /// As many as before.
+    void set_rows(RowSpacing rows) { rows_ = std::move(rows); }
     /// C : D of the affine field of walls, the upper of which moves so.
     [[nodiscard]] StressComponents<double> wall_rate(const Velocity& upper) const;
 
