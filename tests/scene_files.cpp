@@ -237,11 +237,11 @@ TEST_CASE("an accuracy goes before the cells of a scene's file, not before those
     REQUIRE(outcome.status == 0);
     CHECK(contains(outcome.output, "accuracy  goes before what the file says of --cells, --element-edges\n"));
     const auto summary = nlohmann::json::parse(scratch::read(folder / "run/summary.json"));
-    CHECK(summary.at("parameters").at("cells") != "48x192");
+    CHECK(summary.at("parameters").at("cells") != "48x112");
     CHECK(summary.at("extra").at("estimated_error_stress").get<double>() < 1e-2);
     const std::string file = folder / "both.toml";
     scratch::write(file, scratch::read(scenes / "wall-band.toml") + "accuracy = 1e-3\n");
-    for (const Arguments& arguments : {Arguments{file}, scene + Arguments{"--accuracy", "1e-3", "--cells", "48x192"}}) {
+    for (const Arguments& arguments : {Arguments{file}, scene + Arguments{"--accuracy", "1e-3", "--cells", "48x112"}}) {
         const Outcome refused = run("scene", arguments + Arguments{"--output", folder / "none"});
         CHECK(refused.status == 2);
         CHECK(contains(refused.errors, "--accuracy 0.001 and --cells: the one finds the other"));

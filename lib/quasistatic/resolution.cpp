@@ -91,7 +91,7 @@ Resolution::Resolution(Options& options, const std::function<EndState(const Opti
     : degree_(options.space.elements.degree) {
     const double asked = options.accuracy, shorter = std::min(options.width, options.height);
     options.space.kind = SpaceKind::elements;
-    options.space.elements.adapt = true;
+    options.space.elements.adapt = options.space.elements.adapt || degree_ >= 4; // less cannot
     const auto made = [&](Run run) {
         options.cells = run.points;
         run.end = integrate(options);
@@ -104,7 +104,7 @@ Resolution::Resolution(Options& options, const std::function<EndState(const Opti
     };
     const auto count = [&](double side) { return std::lround(fewest_columns * std::min(side / shorter, longest_side)); };
     const auto elements = std::lround(rows_a_column * static_cast<double>(count(options.height)) / degree_);
-    runs_.push_back({.points = {static_cast<int>(count(options.width)), degree_ * static_cast<int>(std::max(2L, elements))}});
+    runs_.push_back({.points = {static_cast<int>(count(options.width)), degree_ * static_cast<int>(std::max(3L, elements))}});
 
     double tolerance = 0.1 * asked;
     const auto with_tolerance = [&](double value) {
