@@ -312,6 +312,14 @@ MUTATIONS = (
       "return error() + of_method;", "return error() - of_method;", ("mpm_monitor",)),
     M("explicit steps of B-splines bounded as those of hat functions", POINTS + "explicit_step.cpp",
       "? 5.4 : 4.0", "? 4.0 : 4.0", ("mpm_programs",)),
+    # --- elements that follow the fields
+    M("moved edges: shares of an element not by height", "lib/space/element_adaptation.cpp",
+      "gauss.weights[k] * common.height() / to.height() / gauss.weights[g]", "gauss.weights[k] / gauss.weights[g]", ("elements",)),
+    M("moved edges: the stress not put into equilibrium", "lib/quasistatic/run.cpp",
+      "watch_.edges_moved(put_into_equilibrium(scene_, space_, state_.time, state_.cells));", "watch_.edges_moved(1e-6);",
+      ("shear_band_program",)),
+    M("moved edges: the rate of before", "lib/quasistatic/run.cpp",
+      "stepper_.renew(state_);", "", ("shear_band_program",)),
     # --- the loop of a run
     M("the row of the end twice", "lib/run/loop.cpp",
       "if (recorder.row_step() != simulation.step())", "if (recorder.row_step() >= 0)", ("shear_band_program", "mpm_programs")),

@@ -104,8 +104,8 @@ std::string describe_error(const Ledger& e, bool inertia) {
             open, std::abs(of_law));
     if (e.of_method < 0.0)
         return fmt::format(
-            "{}: the steps have added {:.3g} J, they are too long for the method: take shorter ones, or an implicit "
-            "method",
+            "{}: the steps have added {:.3g} J, they are too long for the method: take shorter ones, or --method "
+            "implicit",
             open, -e.of_method);
     if (!inertia)
         return fmt::format(
@@ -113,7 +113,7 @@ std::string describe_error(const Ledger& e, bool inertia) {
             "from nothing",
             open, e.of_method);
     return fmt::format("{}: the steps have damped {:.3g} J away: take shorter ones if what oscillates or meets matters; --method "
-                       "midpoint damps least",
+                       "midpoint damps least where nothing flows",
                        open, e.of_method);
 }
 
