@@ -117,7 +117,7 @@ def run_case(case, programs, work):
         record = {"stamp": stamp, **run_words(words, folder, case.limit)}
         folder.parent.mkdir(parents=True, exist_ok=True)
         kept.write_text(json.dumps(record))
-    here = lambda text: text.replace(f"{work}/", "").replace(f"{work.resolve()}/", "")  # results name no places
+    here = lambda text: text.replace(f"{work.resolve()}/", "").replace(f"{work}/", "")  # results name no places
     shown = here(shlex.join([case.program, *(Path(word).name if word.endswith(".toml") else word for word in words[1:])]))
     summary = common.summary(folder) if record["status"] == 0 else None
     result = Result(case, folder, shown, record["status"], record.get("reached", 0.0), record["seconds"],

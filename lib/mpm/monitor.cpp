@@ -103,10 +103,9 @@ std::string describe_error(const Ledger& e, bool inertia) {
             "elastic strains small, or take a law at finite strain",
             open, std::abs(of_law));
     if (e.of_method < 0.0)
-        return fmt::format(
-            "{}: the steps have added {:.3g} J, they are too long for the method: take shorter ones, or --method "
-            "implicit",
-            open, -e.of_method);
+        return fmt::format("{}: the steps have added {:.3g} J, they are too long for the method: take shorter ones, or --method "
+                           "implicit",
+                           open, -e.of_method);
     if (!inertia)
         return fmt::format(
             "{}: {:.3g} J are lost in steps in which the load changes a lot: take shorter ones, and let loads grow "
