@@ -80,7 +80,7 @@ public:
             for (const auto& [field, unit] : fields)
                 for (int l = 0; l < line.degree; ++l)
                     std::transform(field->row(e * line.degree + l), field->row(e * line.degree + l) + columns_,
-                                   std::back_inserter(here.values), [&](double value) { return value / unit; });
+                                   std::back_inserter(here.values), [by = unit](double value) { return value / by; });
             here.eta = std::sqrt(tail(here));
             elements_.push_back(std::move(here));
         }
