@@ -14,7 +14,7 @@ namespace {
 
 constexpr double gain = 4.0;
 constexpr double negligible = 1e-10; ///< of eta: what is below is round-off
-constexpr double narrowest = 256.0;
+constexpr double narrowest = 32.0;
 
 struct Interval {
     double low = 0.0, high = 0.0;
