@@ -41,9 +41,13 @@ FIELDS = {"sigma": "stress", "chi": "internal", "v": "velocity", "traction": "tr
 
 
 def exact_of(name, options):
-    """As many points a length wherever the domain is wide; where a band is thin, rows for it, all of one height."""
+    """As many points a length wherever the domain is wide; where a band is thin, elements that are narrow there from the start."""
     columns = round(128 * float(options.get("width", 0.02)) / 0.02)
-    return {**options, **EXACT, "cells": f"{columns}x{768 if name == 'disc, 1 s' else 256}"}
+    if name == "disc, 1 s":
+        half = (0.00025, 0.0005, 0.00085, 0.0012, 0.00185, 0.0025, 0.004, 0.0055, 0.00775)
+        edges = [-y for y in reversed(half)] + [0, *half]
+        return {**options, **EXACT, "cells": f"{columns}x320", "element-edges": ",".join(map(str, edges))}
+    return {**options, **EXACT, "cells": f"{columns}x256"}
 
 
 def speed_of(run, options):
@@ -58,6 +62,8 @@ def study(program, work, name, asked, errors, options):
     begin = time.perf_counter()
     ended = subprocess.run(command, capture_output=True, text=True)
     seconds = time.perf_counter() - begin
+    if ended.returncode < 0:
+        raise SystemExit(f"{folder}: ended by signal {-ended.returncode}")
     if ended.returncode != 0:
         return [name, asked, "refused", "", "", "", "", "", f"{seconds:.1f}"], ended.stderr
     summary, found = common.summary(folder), errors(folder)

@@ -4,9 +4,10 @@
 paper's grid and on elements, for the paper's scene and others that are smoother, rougher or sharper.
 
 Scenes end before a band's place hangs on what no grid shows. Errors of stress, effective temperature and velocity at the end, at the
-points of each run (where elements follow a band, at equal cells), in the norm (59), and of the traction on the walls. The reference of a scene is a run on elements with a tight tolerance; a second one with other elements, another degree and
-another number of waves says how far it can be trusted. Times are those of runs without snapshots, one after the other; each is made
---repeat times, and the shortest counts.
+points of each run (where elements follow a band, at equal cells), in the norm (59), and of the traction on the walls. The reference of a
+scene is a run on elements with a tight tolerance; a second one with other elements, another degree and another number of waves says how
+far it can be trusted. Times are those of runs without snapshots, one after the other; each is made --repeat times, and the shortest
+counts.
 
     verification/space.py                    # half an hour
     verification/space.py --scenes paper
@@ -35,7 +36,7 @@ STAGGERED = (64, 128, 252, 504)
 ELEMENTS = ((24, 48, 8), (32, 64, 8), (40, 96, 8), (48, 128, 16), (64, 192, 8), (64, 192, 16), (96, 256, 16))
 ADAPTED = ((40, 96, 8), (48, 128, 8), (64, 192, 8), (64, 192, 16))
 BANDS = ("disc", "wall")  # scenes where elements may follow one
-EXACT = {"space": "elements", "scheme": "bogacki-shampine", "tolerance": "1e-8"}
+EXACT = {"space": "elements", "scheme": "dormand-prince", "tolerance": "1e-8"}
 NAMES = {"sigma": r"$E_\sigma/s_Y$", "chi": r"$E_\chi/\chi_\infty$", "v": r"$E_v/U$", "traction": "traction"}
 
 

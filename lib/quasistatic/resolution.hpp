@@ -17,7 +17,8 @@
 /// are fitted to two differences in a row. Errors of smooth fields fall faster and faster, so that this rather overestimates
 /// them. The run that is made for its outputs is as fine as half of what was asked for needs; its difference from the run before
 /// estimates its own error. Nothing is believed before differences have fallen three times in a row. The error of the steps is
-/// the difference that an eighth of the tolerance makes on few points, added.
+/// the difference that an eighth of the tolerance makes, on few points at first, in the end on those of the last comparison;
+/// added.
 namespace ductile::quasistatic {
 
 /// Errors at the end: root mean squares of sigma/s_Y in the norm (59), of the internal variables in their scales and of the
