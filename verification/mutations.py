@@ -58,7 +58,7 @@ MUTATIONS = (
     M("interpolation: nodes taken for cells", SPACE + "element_space.cpp",
       "at == At::cells ? y_.gauss.points : y_.nodes", "at == At::cells ? y_.nodes : y_.gauss.points", ("elements",)),
     M("eigenstress: not brought into equilibrium", STATIC + "program.cpp",
-      "(void)put_into_equilibrium(scene, space, state.cells);", "", ("shear_band_program",)),
+      "(void)put_into_equilibrium(scene, space, 0.0, state.cells);", "", ("shear_band_program",)),
     # --- ledgers of energy
     M("ledger: advection's power with a sign", SPACE + "staggered_space.cpp",
       "s * s_rate + tau * tau_rate", "s * s_rate - tau * tau_rate", ("energy_ledger",)),
