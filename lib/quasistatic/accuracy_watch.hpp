@@ -34,10 +34,9 @@ public:
     static constexpr double doubtful_error = 0.01;    ///< above it the summary warns
     static constexpr double doubtful_residual = 1e-3; ///< above it the summary warns
     static constexpr double doubtful_energy = 0.01;   ///< of the work; above it the summary warns
-    static constexpr double doubtful_move =
-        1e-4; ///< edge_corrections(); above it the summary warns: flow that localises grows from it
-    static constexpr double unresolved = 0.015;  ///< at the end, of Space::unresolved; above it the summary warns
-    static constexpr int residual_interval = 64; ///< steps from one look at the residual to the next
+    static constexpr double doubtful_move = 1e-4; ///< edge_corrections(); above it the summary warns: localised flow amplifies it
+    static constexpr double unresolved = 0.015;   ///< at the end, of Space::unresolved; above it the summary warns
+    static constexpr int residual_interval = 64;  ///< steps from one look at the residual to the next
 
     AccuracyWatch(const Scene& scene, const Space& space);
 
