@@ -220,7 +220,11 @@ TEST_CASE("kinetic and internal energy change by the work done, less what the me
                     }
                     size = std::max(size, std::abs(energy() - start));
                     CHECK(size > 1e-4);
-                    CHECK(lost > 1e-10);
+                    // with the consistent mass and a law in rate form the midpoint rule loses nothing
+                    if (std::string_view(way.name) == "midpoint momentum" && !has_finite_strain(b.scene))
+                        CHECK(lost < 1e-12 * size);
+                    else
+                        CHECK(lost > 1e-10);
                     CHECK(std::abs(energy() - start - passed) <= way.tolerance * size);
                 }
 }

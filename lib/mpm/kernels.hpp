@@ -69,7 +69,9 @@ public:
                     internal_end[k] = unused[k];
                 if constexpr (kinematics == Kinematics::moved) {
                     StepWork work[batch];
-                    move(law, particles, first, count, v, dt, where_forces_act(dt), b, internal_end, work);
+                    move(law, particles, first, count, v, dt, b, internal_end, work);
+                    if (midpoint_)
+                        go_to_middle(count, dt, b);
                 } else {
                     strain<kinematics>(law, particles, first, count, v, dt, b);
                     correct(law, particles, first, count, dt, b, internal_end);
@@ -247,7 +249,7 @@ public:
                 for (std::size_t k = 0; k < particles.internal.size(); ++k)
                     internal_end[k] = particles.internal[k].data() + first;
                 if constexpr (kinematics == Kinematics::moved) {
-                    move(law, particles, first, count, strained, m.dt, m.dt, b, internal_end, work);
+                    move(law, particles, first, count, strained, m.dt, b, internal_end, work);
                 } else {
                     strain<kinematics>(law, particles, first, count, strained, m.dt, b);
                     correct(law, particles, first, count, m.dt, b, internal_end);
@@ -329,8 +331,7 @@ private:
     struct Batch {
         VelocityGradient l[batch];
         SymmetricTensor start[batch], strain[batch], stress[batch];
-        Deformation f[batch];                    ///< of a moved configuration
-        Deformation seen[batch], quarter[batch]; ///< by a law at finite strain, and the argument of half_step()
+        Deformation f[batch]; ///< of a moved configuration
     };
 
     static std::size_t begin(const Run& run) { return static_cast<std::size_t>(run.begin); }
@@ -412,52 +413,38 @@ private:
             law->correct(count, b.stress, internal_of(particles, first).row, dt, b.stress, internal_end);
     }
 
-    /// How far a step of dt seconds goes to where its forces act: all the way, or to its middle.
-    [[nodiscard]] double where_forces_act(double dt) const { return midpoint_ ? 0.5 * dt : dt; }
-
-    /// Stress, deformation and energies after the part h of a step of dt seconds with the velocity v: all of it, or half. A law
-    /// at finite strain sees half_step() in the middle. What is in rate form takes strain and spin from the configuration in the
-    /// middle of the step, h grad v f^-1, and its energies by the volume there; the strain turns by half of that spin, as if it
-    /// were all in the middle of h.
+    /// Stress, deformation and energies of a step of dt seconds with the velocity v, whose forces act on a moved configuration.
+    /// By the midpoint rule b.l is g/dt (point_update.hpp), b.start the stress of the beginning, turned to the end.
     void move(const Law& law, const Particles& particles, std::size_t first, std::size_t count, const Local& v, double dt,
-              double h, Batch& b, Arrays internal_end, StepWork* work) const {
+              Batch& b, Arrays internal_end, StepWork* work) const {
         const InternalArrays internal = internal_of(particles, first);
-        if (const FiniteStrain* const finite = law->finite_strain()) {
-            for (std::size_t i = 0; i < count; ++i) {
-                const VelocityGradient l = gradient(v, at(first + i));
-                b.f[i] = b.seen[i] = deformation<geometry>(l, h);
-                if (h < dt) {
-                    b.quarter[i] = 0.5 * over(b.f[i], b.f[i]);
-                    b.seen[i] = half_step(b.quarter[i]);
-                }
-            }
-            if constexpr (geometry == Geometry::plane_stress) {
-                finite->release_thickness(count, b.seen, internal.row, h);
-                for (std::size_t i = 0; i < count; ++i)
-                    b.f[i].zz = b.seen[i].zz;
-            }
-            finite->correct(count, b.seen, internal.row, h, b.stress, internal_end, work);
-            return;
-        }
         for (std::size_t i = 0; i < count; ++i) {
             const VelocityGradient l = gradient(v, at(first + i));
-            const Deformation middle = deformation<geometry>(l, 0.5 * dt);
-            const Deformation there = over({l.xx, l.xy, l.yx, l.yy, l.hoop}, middle);
-            b.l[i] = {there.xx, there.xy, there.yx, there.yy, there.zz};
-            b.f[i] = deformation<geometry>(l, h);
-            b.start[i] = turned(stress_of(particles, first + i), spin(b.l[i], h));
-            b.strain[i] = turned(strain_increment<geometry>(b.l[i], h), 0.5 * spin(b.l[i], h));
+            b.f[i] = deformation<geometry>(l, dt);
+            if (midpoint_) {
+                const Deformation there = over({l.xx, l.xy, l.yx, l.yy, l.hoop}, 0.5 * b.f[i]);
+                b.l[i] = {there.xx, there.xy, there.yx, there.yy, there.zz};
+                b.start[i] = turned(stress_of(particles, first + i), spin(b.l[i], dt));
+            }
         }
+        if (const FiniteStrain* const finite = law->finite_strain()) {
+            if constexpr (geometry == Geometry::plane_stress)
+                finite->release_thickness(count, b.f, internal.row, dt);
+            finite->correct(count, b.f, internal.row, dt, b.stress, internal_end, work);
+            return;
+        }
+        for (std::size_t i = 0; i < count; ++i)
+            b.strain[i] = half_turned(strain_increment<geometry>(b.l[i], dt), spin(b.l[i], dt));
         if constexpr (geometry == Geometry::plane_stress) {
-            law->release_thickness(count, b.start, internal.row, h, b.strain);
-            for (std::size_t i = 0; i < count; ++i) // over a whole step strain = d(f)/((f + 1)/2)
-                b.f[i].zz = h < dt ? b.strain[i].zz : b.strain[i].zz / (1.0 - 0.5 * b.strain[i].zz);
+            law->release_thickness(count, b.start, internal.row, dt, b.strain);
+            for (std::size_t i = 0; i < count; ++i) // the strain is d(f)/((f + 1)/2)
+                b.f[i].zz = b.strain[i].zz / (1.0 - 0.5 * b.strain[i].zz);
         }
         for (std::size_t i = 0; i < count; ++i)
             b.stress[i] = b.start[i] + elastic_stress(law->elasticity(), b.strain[i]);
-        correct(law, particles, first, count, h, b, internal_end);
+        correct(law, particles, first, count, dt, b, internal_end);
         for (std::size_t i = 0; i < count; ++i) {
-            const double volume = std::sqrt(determinant(b.f[i]));
+            const double volume = determinant(0.5 * b.f[i]);
             const SymmetricTensor twice_mean = b.start[i] + b.stress[i];
             const SymmetricTensor elastic = elastic_strain(law->elasticity(), b.stress[i] - b.start[i]);
             work[i].dissipated = law->linear() ? 0.0 : 0.5 * volume * contraction(twice_mean, b.strain[i] - elastic);
@@ -465,9 +452,16 @@ private:
         }
     }
 
+    /// From the end of a step that move() has made to the stress and deformation in its middle.
+    static void go_to_middle(std::size_t count, double dt, Batch& b) {
+        for (std::size_t i = 0; i < count; ++i) {
+            b.stress[i] = stress_in_middle(b.start[i], b.stress[i], spin(b.l[i], dt));
+            b.f[i] = 0.5 * b.f[i];
+        }
+    }
+
     void differentiate_moved(const Law& law, const Particles& particles, std::size_t first, std::size_t count, const Local& v,
                              double dt) {
-        const double h = where_forces_act(dt);
         const InternalArrays internal = internal_of(particles, first);
         Batch b;
         double unused[most_variables][batch];
@@ -475,25 +469,30 @@ private:
         for (std::size_t k = 0; k < most_variables; ++k)
             internal_end[k] = unused[k];
         StepWork work[batch];
-        move(law, particles, first, count, v, dt, h, b, internal_end, work);
+        move(law, particles, first, count, v, dt, b, internal_end, work);
         SpatialTangent tangent[batch];
         if (const FiniteStrain* const finite = law->finite_strain()) {
-            finite->tangent(count, b.seen, internal.row, h, tangent);
+            finite->tangent(count, b.f, internal.row, dt, tangent);
+            for (std::size_t i = 0; midpoint_ && i < count; ++i)
+                tangent[i] = seen_from_middle(tangent[i], 0.5 * b.f[i]);
         } else {
             Tangent small[batch];
             SymmetricTensor trial[batch];
             for (std::size_t i = 0; i < count; ++i)
                 trial[i] = b.start[i] + elastic_stress(law->elasticity(), b.strain[i]);
-            law->tangent(count, trial, internal.row, h, small);
+            law->tangent(count, trial, internal.row, dt, small);
             for (std::size_t i = 0; i < count; ++i)
-                tangent[i] = turned_tangent(small[i], b.start[i], b.strain[i], law->elasticity().shear_modulus, spin(b.l[i], h));
+                tangent[i] = turned_tangent(small[i], b.start[i], b.strain[i], law->elasticity().shear_modulus, spin(b.l[i], dt));
+        }
+        if (midpoint_) {
+            for (std::size_t i = 0; i < count; ++i)
+                tangent[i] = middle_tangent(tangent[i], b.start[i], b.stress[i], spin(b.l[i], dt));
+            go_to_middle(count, dt, b);
         }
         for (std::size_t i = 0; i < count; ++i) {
-            MovedTangent t = !law->finite_strain() ? differentiate_piola<geometry, SeenBy::rates>(tangent[i], b.stress[i], b.f[i])
-                             : h < dt
-                                 ? differentiate_piola<geometry, SeenBy::half_step>(tangent[i], b.stress[i], b.f[i], b.quarter[i])
-                                 : differentiate_piola<geometry, SeenBy::end>(tangent[i], b.stress[i], b.f[i]);
-            scale(t, h * volume_[first + i]);
+            MovedTangent t = midpoint_ ? differentiate_piola<geometry, SeenBy::middle>(tangent[i], b.stress[i], b.f[i])
+                                       : differentiate_piola<geometry, SeenBy::end>(tangent[i], b.stress[i], b.f[i]);
+            scale(t, (midpoint_ ? 0.5 * dt : dt) * volume_[first + i]);
             moved_tangent_[first + i] = t;
         }
     }

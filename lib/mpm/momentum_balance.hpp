@@ -26,9 +26,9 @@ struct ImplicitScheme {
 /// Velocity form, unknown u = v^L, (2.4.12):
 ///   F(u) = M (u - v^k) - dt [(1 - mu) f^k + mu f(sigma(w)) + b],   w = v^k + kappa (u - v^k)
 /// with the stress sigma(w) that the velocity w strains the particles to. kappa = 1 but for the midpoint rule, kappa = 1/2, whose
-/// force f(sigma(w)) alone, mu = 1, is that of the middle: of the stress after half a step, on the configuration there
-/// (point_update.hpp). In a scene without finite rotation both ends share it, mu = 1/2. Quasi-static: mu = kappa = 1 without the
-/// term M (u - v^k).
+/// force f(sigma(w)) alone, mu = 1, is that of the middle: of the mean stress of both ends, on the configuration there
+/// (point_update.hpp). In a scene without finite rotation that is mu = 1/2. Quasi-static: mu = kappa = 1 without the term
+/// M (u - v^k).
 /// Momentum form, unknown u = P^L, (3.2.4):
 ///   F(u) = u - P^k - dt [...],   w = v^k + kappa M^-1 M_c M^-1 (u - P^k),
 /// where M_c is the consistent mass matrix: lumped M^-1 M_c M^-1 is what (3.2.6) and (3.2.7) make of a momentum.

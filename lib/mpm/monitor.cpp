@@ -112,7 +112,7 @@ std::string describe_error(const Ledger& e, bool inertia) {
             "from nothing",
             open, e.of_method);
     return fmt::format("{}: the steps have damped {:.3g} J away: take shorter ones if what oscillates or meets matters; --method "
-                       "midpoint damps least where nothing flows",
+                       "midpoint damps least",
                        open, e.of_method);
 }
 

@@ -15,15 +15,25 @@ struct VelocityGradient {
     double xx = 0.0, xy = 0.0, yx = 0.0, yy = 0.0, hoop = 0.0;
 };
 
+/// A stress that is turned by half the angle whose cosine and sine are c and s.
+[[gnu::DUCTILE_ALWAYS_INLINE]] inline SymmetricTensor turned_by_half(const SymmetricTensor& stress, double c, double s) {
+    const double mean = 0.5 * (stress.xx + stress.yy), half = 0.5 * (stress.xx - stress.yy);
+    const double half_turned = c * half - s * stress.xy;
+    return {mean + half_turned, mean - half_turned, stress.zz, c * stress.xy + s * half};
+}
+
 /// Jaumann's rate over a step: the stress turned by the angle a with tan(a/2) = w/2, where w = dt (d(v_y)/dx - d(v_x)/dy)/2 is
 /// the spin of the step (Hughes & Winget 1980), so that a rotation turns the stress without changing its invariants.
 [[gnu::DUCTILE_ALWAYS_INLINE]] inline SymmetricTensor turned(const SymmetricTensor& stress, double w) {
     const double quarter = 0.25 * w * w, denominator = 1.0 / (1.0 + quarter);
     const double c = (1.0 - quarter) * denominator, s = w * denominator;
-    const double mean = 0.5 * (stress.xx + stress.yy), half = 0.5 * (stress.xx - stress.yy);
-    const double c2 = c * c - s * s, s2 = 2.0 * s * c;
-    const double half_turned = c2 * half - s2 * stress.xy;
-    return {mean + half_turned, mean - half_turned, stress.zz, c2 * stress.xy + s2 * half};
+    return turned_by_half(stress, c * c - s * s, 2.0 * s * c);
+}
+
+/// The same by half of the angle.
+[[gnu::DUCTILE_ALWAYS_INLINE]] inline SymmetricTensor half_turned(const SymmetricTensor& stress, double w) {
+    const double quarter = 0.25 * w * w, denominator = 1.0 / (1.0 + quarter);
+    return turned_by_half(stress, (1.0 - quarter) * denominator, w * denominator);
 }
 
 [[gnu::DUCTILE_ALWAYS_INLINE]] inline double spin(const VelocityGradient& l, double dt) { return 0.5 * dt * (l.yx - l.xy); }
@@ -97,12 +107,23 @@ GradientTangent<geometry> differentiate_point(Tangent d, const SymmetricTensor& 
     return t;
 }
 
-// The forces of a step may act on the configuration that it moves to, or on that in its middle: x + h w with the step h and the
-// velocity w, deformed by f = 1 + h grad w from where the step began. There grad N is f^-T times what it was, and the volume det
-// f times: a stress sigma makes the force -V P grad N with the volume and gradients of the beginning and
+// The forces of a step may act on the configuration that it moves to, or on that in its middle: x + h v with h = dt or dt/2 and
+// the velocity v, deformed by f = 1 + h grad v from where the step began. There grad N is f^-T times what it was, and the volume
+// det f times: a stress sigma makes the force -V P grad N with the volume and gradients of the beginning and
 //   P = det(f) sigma f^-T,
-// Piola's stress. Its derivative by a change dl of h grad w, with dL = dl f^-1 and d(sigma) by the law, is
+// Piola's stress. Its derivative by a change dl of h grad v, with dL = dl f^-1 and d(sigma) by the law, is
 //   dP = tr(dL) P + det(f) d(sigma) f^-T - P dl^T f^-T.
+//
+// In the middle, h = dt/2, the step is seen as g = dt grad v f^-1: of a rotation by the angle a the spin w with tan(a/2) = w/2,
+// to any size, while f is half of that rotation and shorter by cos(a/2). With the stress at both ends, sigma^k and sigma^L, the
+// forces there are those of the mean of both, turned to the middle,
+//   sigma = Q^T (Q^2 sigma^k Q^-2 + sigma^L)/2 Q,   Q the rotation by a/2.
+// A stress in rate form has at the end what the law makes of Q^2 sigma^k Q^-2 + C : Q e Q^T, e the symmetric part of g. Over the
+// step the forces then do the work -dt f . v = V det(f) sigma : e, and that is what the particles get when U of (2.2.16) counts
+// (Q^2 sigma^k Q^-2 + sigma^L)/2 : Q e Q^T in the volume of the middle: the balance of energy is exact, whatever flows. (The
+// stress after half a step would not do: where it goes from one yield point to the other within a step it is no mean of both.)
+// By a change of the gradient, with f = (1 + F)/2 and g = (F - 1) f^-1 of the step's F,
+//   dg = 2 f^-1 dl f^-1 = f^-1 d(F) f^-1.
 
 /// The deformation of a step h by the velocity gradient l; plane stress adds its zz.
 template <Geometry geometry> [[gnu::DUCTILE_ALWAYS_INLINE]] inline Deformation deformation(const VelocityGradient& l, double h) {
@@ -135,10 +156,6 @@ template <Geometry geometry> [[gnu::DUCTILE_ALWAYS_INLINE]] inline Deformation d
 /// (1 + f)^-1
 [[gnu::DUCTILE_ALWAYS_INLINE]] inline Deformation inverse(const Deformation& f) { return over({1.0, 0.0, 0.0, 1.0, 1.0}, f); }
 
-/// Half a step as the configuration in its middle sees it, (1 - a)^-1 (1 + a), where a is a quarter of the step's h grad w f^-1:
-/// of a rotation half the angle, where the middle of the way, f, lies on the chord and is shorter.
-[[gnu::DUCTILE_ALWAYS_INLINE]] inline Deformation half_step(const Deformation& a) { return over(2.0 * a, -1.0 * a); }
-
 /// A stress that need not be symmetric: xy is the force in x on an area across y.
 struct PiolaStress {
     double xx = 0.0, xy = 0.0, yx = 0.0, yy = 0.0, zz = 0.0;
@@ -162,14 +179,13 @@ template <Geometry geometry> struct PiolaTangent {
 
 /// Which change of deformation a tangent d(sigma) refers to.
 enum class SeenBy {
-    end,      ///< dL = dl f^-1
-    rates,    ///< f^-1 dL, of strain and spin in the middle, h grad w f^-1; in plane stress f.zz is the strain
-    half_step ///< (1 - a)^-1 f^-1 dL (1 + a)^-1, of half_step(a), h = dt/2
+    end,   ///< dL = dl f^-1
+    middle ///< dg = 2 f^-1 dl f^-1
 };
-/// `t`: d(sigma) by what `seen` says.
+/// `t`: d(sigma) by what `seen` says. In plane stress sigma_zz = 0 at the end of the step, which its row zz is of, but for a
+/// factor.
 template <Geometry geometry, SeenBy seen>
-PiolaTangent<geometry> differentiate_piola(const SpatialTangent& t, const SymmetricTensor& s, const Deformation& f,
-                                           const Deformation& a = {}) {
+PiolaTangent<geometry> differentiate_piola(const SpatialTangent& t, const SymmetricTensor& s, const Deformation& f) {
     const double j = determinant(f);
     const PiolaStress p = piola(s, f);
     PiolaTangent<geometry> result;
@@ -178,14 +194,12 @@ PiolaTangent<geometry> differentiate_piola(const SpatialTangent& t, const Symmet
                            double(column == 4)};
         Deformation l = over(change, f);
         double volumetric = l.xx + l.yy + l.zz; // of dL, whatever the law sees
-        if constexpr (seen != SeenBy::end)
-            l = times(inverse(f), l);
-        if constexpr (seen == SeenBy::half_step)
-            l = times(inverse(-1.0 * a), over(l, a));
+        if constexpr (seen == SeenBy::middle)
+            l = 2.0 * times(inverse(f), l);
         if constexpr (geometry == Geometry::plane_stress) { // sigma_zz = 0
             const double* const z = t.entry[2];
             l.zz = -(z[0] * l.xx + z[1] * l.xy + z[2] * l.yx + z[3] * l.yy) / z[4];
-            change.zz = seen == SeenBy::rates ? l.zz : (1.0 + f.zz) * l.zz;
+            change.zz = seen == SeenBy::middle ? 0.5 * (1.0 + f.zz) * (1.0 + f.zz) * l.zz : (1.0 + f.zz) * l.zz;
             volumetric += change.zz / (1.0 + f.zz);
         }
         double d[4];
@@ -207,22 +221,61 @@ PiolaTangent<geometry> differentiate_piola(const SpatialTangent& t, const Symmet
     return result;
 }
 
-/// The derivative of a stress in rate form, which the law with the tangent d makes of the trial stress start + C : strain, by the
-/// gradient that strain and spin w are of: `start` is turned by w, `strain` by w/2. As in differentiate_point() the deviator that
-/// a turn makes of `start` acts like a strain.
+/// What turning a tensor further does to it, by the angle.
+inline SymmetricTensor by_angle(const SymmetricTensor& a) { return {-2.0 * a.xy, 2.0 * a.xy, 0.0, a.xx - a.yy}; }
+
+/// The derivative by g of a stress in rate form at the end of a step, which the law with the tangent d makes of the trial stress
+/// start + C : strain: `start` is turned by the spin w of g, `strain` by half of that. As in differentiate_point() the deviator
+/// that a turn makes of `start` acts like a strain.
 inline SpatialTangent turned_tangent(const Tangent& d, const SymmetricTensor& start, const SymmetricTensor& strain, double mu,
                                      double w) {
-    const auto by_angle = [](const SymmetricTensor& a) { return SymmetricTensor{-2.0 * a.xy, 2.0 * a.xy, 0.0, a.xx - a.yy}; };
-    const SymmetricTensor by_spin =
-        0.5 / (1.0 + 0.0625 * w * w) * by_angle(strain) + 0.5 / (mu * (1.0 + 0.25 * w * w)) * by_angle(start);
+    const double angle_slope = 1.0 / (1.0 + 0.25 * w * w);
+    const SymmetricTensor by_spin = 0.5 * angle_slope * (by_angle(strain) + 1.0 / mu * by_angle(start));
     SpatialTangent t;
     for (int j = 0; j < 5; ++j) {
         const double xx = j == 0, xy = j == 1, yx = j == 2, yy = j == 3, zz = j == 4;
-        const SymmetricTensor e = turned({xx, yy, zz, 0.5 * (xy + yx)}, 0.5 * w) + 0.5 * (yx - xy) * by_spin;
+        const SymmetricTensor e = half_turned({xx, yy, zz, 0.5 * (xy + yx)}, w) + 0.5 * (yx - xy) * by_spin;
         for (int r = 0; r < 4; ++r)
             t.entry[r][j] = d.entry[r][0] * e.xx + d.entry[r][1] * e.yy + d.entry[r][2] * e.zz + 2.0 * d.entry[r][3] * e.xy;
     }
     return t;
+}
+
+/// The derivative by g of a stress at the end of a step whose derivative by dL, d(F) = dL F, is t; f is the middle of the step.
+inline SpatialTangent seen_from_middle(const SpatialTangent& t, const Deformation& f) {
+    const Deformation whole{1.0 + f.xx, f.xy, f.yx, 1.0 + f.yy, 1.0 + f.zz};
+    SpatialTangent result;
+    for (int j = 0; j < 5; ++j) {
+        const Deformation g{double(j == 0), double(j == 1), double(j == 2), double(j == 3), double(j == 4)};
+        const Deformation l = over(times(times(whole, g), whole), 2.0 * f); // dL = f dg f F^-1
+        for (int r = 0; r < 4; ++r)
+            result.entry[r][j] =
+                t.entry[r][0] * l.xx + t.entry[r][1] * l.xy + t.entry[r][2] * l.yx + t.entry[r][3] * l.yy + t.entry[r][4] * l.zz;
+    }
+    return result;
+}
+
+/// The stress that acts in the middle of a step with the spin w: `start` is that of the beginning, turned to the end.
+[[gnu::DUCTILE_ALWAYS_INLINE]] inline SymmetricTensor stress_in_middle(const SymmetricTensor& start, const SymmetricTensor& end,
+                                                                       double w) {
+    return half_turned(0.5 * (start + end), -w);
+}
+
+/// Its derivative by g; t that of `end`.
+inline SpatialTangent middle_tangent(const SpatialTangent& t, const SymmetricTensor& start, const SymmetricTensor& end,
+                                     double w) {
+    const double angle_slope = 1.0 / (1.0 + 0.25 * w * w);
+    const SymmetricTensor of_start = angle_slope * by_angle(start), back = -0.5 * angle_slope * by_angle(0.5 * (start + end));
+    SpatialTangent result;
+    for (int j = 0; j < 5; ++j) {
+        const double spin_slope = j == 1 ? -0.5 : j == 2 ? 0.5 : 0.0;
+        const SymmetricTensor of_end{t.entry[0][j], t.entry[1][j], t.entry[2][j], t.entry[3][j]};
+        const SymmetricTensor d = half_turned(0.5 * of_end + spin_slope * (0.5 * of_start + back), -w);
+        const double rows[4] = {d.xx, d.yy, d.zz, d.xy};
+        for (int r = 0; r < 4; ++r)
+            result.entry[r][j] = rows[r];
+    }
+    return result;
 }
 
 } // namespace ductile::mpm
