@@ -442,6 +442,76 @@ TEST_SUITE("elements") {
         rough.stress.tau.wrap();
         CHECK(staggered->unresolved(rough).x == doctest::Approx(0.25).epsilon(1e-14));
         CHECK(staggered->unresolved(rough).y < 1e-14);
+        for (int j = 0; j < rectangle.cells_y; ++j)
+            std::fill_n(rough.stress.tau.row(j), rectangle.cells_x, j % 2 == 0 ? 0.25 : -0.25);
+        rough.stress.tau.wrap();
+        CHECK(staggered->unresolved(rough).x < 1e-14);
+        CHECK(staggered->unresolved(rough).y == doctest::Approx(0.25).epsilon(1e-14));
+        // a wave of four cells is a quarter of itself; a parabola has a second difference, which counts beside the walls alone
+        for (int i = 0; i < rectangle.cells_x; ++i)
+            for (int j = 0; j < rectangle.cells_y; ++j)
+                rough.stress.tau(i, j) = std::cos(0.5 * pi * i) + 0.5 * j * j;
+        rough.stress.tau.wrap();
+        CHECK(staggered->unresolved(rough).x == doctest::Approx(0.25 / std::sqrt(2.0)).epsilon(1e-12));
+        CHECK(staggered->unresolved(rough).y == doctest::Approx(0.25).epsilon(1e-12));
+    }
+
+    TEST_CASE_FIXTURE(fields::OneThread, "what the finest scales hold of the plastic strain rate, of the largest there is") {
+        // a band that is thin for the space: tau and chi, and with them the rate, are the same along x
+        const auto fill = [](const Space& space, CellState& cells) {
+            fill_cells(space, cells.stress.tau, [](double, double y) { return 1.2 - 0.1 * y; });
+            fill_cells(space, cells.internal[0], [](double, double y) {
+                return fields::glass_law->variables()[0].natural_scale() * (0.8 + 0.15 * std::exp(-30.0 * y * y));
+            });
+        };
+        const double k = 2.0 * pi / rectangle.width;
+        const auto space = elements_on({.degree = 8});
+        CellState cells = space->make_cells();
+        fill(*space, cells);
+        Field rate(rectangle.cells_y, rectangle.cells_x);
+        space->plastic_strain_rate(cells, rate);
+        const Quadrature gauss = gauss_legendre(8);
+        double largest_tail = 0.0, largest = 0.0;
+        for (int e = 0; e < 3;
+             ++e) { // (2 l + 1)/2 (integral of P_l f)^2 is what P_l has of the integral of f^2; of 8 the last two
+            double tail = 0.0, whole = 0.0;
+            for (const unsigned l : {6U, 7U}) {
+                double integral = 0.0;
+                for (int g = 0; g < 8; ++g)
+                    integral += gauss.weights[static_cast<std::size_t>(g)] *
+                                std::legendre(l, gauss.points[static_cast<std::size_t>(g)]) * rate(3, 8 * e + g);
+                tail += 0.5 * (2.0 * l + 1.0) * 0.5 * integral * integral;
+            }
+            for (int g = 0; g < 8; ++g)
+                whole += 0.5 * gauss.weights[static_cast<std::size_t>(g)] * std::pow(rate(3, 8 * e + g), 2);
+            largest_tail = std::max(largest_tail, tail);
+            largest = std::max(largest, whole);
+        }
+        Field room(rectangle.cells_y, rectangle.cells_x);
+        const Unresolved flow = space->unresolved_flow(cells, 0.0, room);
+        CHECK(flow.y > 0.02);
+        CHECK(flow.y == doctest::Approx(std::sqrt(largest_tail / largest)).epsilon(1e-10));
+        CHECK(flow.x < 1e-12);
+        // what is less than `negligible` counts for less
+        CHECK(space->unresolved_flow(cells, 5.0 * std::sqrt(largest), room).y == doctest::Approx(0.2 * flow.y).epsilon(1e-12));
+
+        const auto staggered = staggered_on(rectangle);
+        CellState on_cells = staggered->make_cells();
+        fill(*staggered, on_cells);
+        staggered->plastic_strain_rate(on_cells, rate);
+        double difference = 0.0, value = 0.0;
+        for (int j = 0; j < rectangle.cells_y; ++j) {
+            value = std::max(value, rate(0, j));
+            if (j >= 2 && j + 2 < rectangle.cells_y)
+                difference = std::max(difference, std::abs(rate(0, j - 2) - 4.0 * rate(0, j - 1) + 6.0 * rate(0, j) -
+                                                           4.0 * rate(0, j + 1) + rate(0, j + 2)) /
+                                                      16.0);
+        }
+        CHECK(staggered->unresolved_flow(on_cells, 0.0, room).y == doctest::Approx(difference / value).epsilon(1e-12));
+        fill_cells(*staggered, on_cells.stress.tau, [&](double x, double) { return 1.2 + 0.1 * std::cos(3.0 * k * x); });
+        CHECK(staggered->unresolved_flow(on_cells, 0.0, room).x > 0.02); // four cells a wave
+        set_all(on_cells.stress.tau, 0.5);                               // below yield nothing flows
+        CHECK(staggered->unresolved_flow(on_cells, 1e-9, room).y == 0.0);
     }
 
     TEST_CASE_FIXTURE(fields::OneThread, "fields keep their integrals and their polynomials where edges move") {

@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <fmt/format.h>
+#include <tuple>
 
 namespace ductile::quasistatic {
 
@@ -15,7 +16,7 @@ constexpr const char* remedy =
 }
 
 AccuracyWatch::AccuracyWatch(const Scene& scene, const Space& space)
-    : scene_(scene), space_(space), force_(space.make_velocity()) {}
+    : scene_(scene), space_(space), force_(space.make_velocity()), rate_(scene.grid.cells_y, scene.grid.cells_x) {}
 
 void AccuracyWatch::judge(const StepAttempt& attempt, double time, double dt) {
     if (!(attempt.error <= largest_error))
@@ -44,6 +45,17 @@ void AccuracyWatch::observe_walls(const State& state) {
     }
 }
 
+void AccuracyWatch::observe_flow(const State& state) {
+    // what strains less than to yield in all of the time counts for nothing
+    const double negligible = 1.0 / (scene_.law->elasticity().shear_modulus * state.time);
+    const Unresolved now = space_.unresolved_flow(state.cells, negligible, rate_);
+    if (now.x > flow_.x)
+        flow_x_time_ = state.time;
+    if (now.y > flow_.y)
+        flow_y_time_ = state.time;
+    flow_.take(now);
+}
+
 void AccuracyWatch::begin(const State& state) {
     elastic_energy_ = space_.observe(state.cells).elastic_energy;
     time_ = state.time;
@@ -61,6 +73,8 @@ void AccuracyWatch::observe(State& state, bool last, TimeStepper& stepper) {
     work_ = state.cells.energy.work;
     if (scene_.walls.by_traction())
         observe_walls(state);
+    if (state.step % flow_interval == 0 || last)
+        observe_flow(state);
     if (state.step % residual_interval != 0 && !last)
         return;
     const double frozen = stepper.frozen_transport(state);
@@ -99,10 +113,18 @@ std::vector<std::string> AccuracyWatch::warnings() const {
                 fmt::format("the finest scales of the space in {} hold {:.2g} of the yield stress (or of the internal "
                             "variable's scale) somewhere: what is finer is not shown: use more --cells in {}",
                             direction, share, direction));
+    for (const auto& [share, direction, time] : {std::tuple{flow_.x, "x", flow_x_time_}, std::tuple{flow_.y, "y", flow_y_time_}})
+        if (!(share <= unresolved_flow))
+            sentences.push_back(fmt::format(
+                "at t = {:.6g} s the finest scales of the space in {} held {:.2g} of the plastic strain rate where that is "
+                "largest: bands are thinner than is shown, and where they form is no result: use more --cells in {}, or "
+                "elements that follow them (--space elements --adapt-elements)",
+                time * scene_.units.time, direction, share, direction));
     if (edge_corrections_ > doubtful_move)
-        sentences.push_back(fmt::format("after the {:.0f} moves of the edges of elements equilibrium took changes of stress that "
-                                        "add up to {:.2g} of itself: use more --cells in y",
-                                        edge_moves_, edge_corrections_));
+        sentences.push_back(
+            fmt::format("whenever edges of elements moved, {:.0f} times, equilibrium took changes of stress that add up "
+                        "to {:.2g} of itself: use more --cells in y",
+                        edge_moves_, edge_corrections_));
     if (wall_speed_ > inertial_wall_speed(scene_))
         sentences.push_back(fmt::format("under their load the walls moved at {:.4g} m/s at t = {:.6g} s, and inertia, which is "
                                         "left out here, counts from {:.3g} m/s on: lower the traction, or end the run earlier",
@@ -145,7 +167,11 @@ std::vector<std::pair<std::string, double*>> AccuracyWatch::hidden_numbers() {
             {"work_of_last_step", &work_},
             {"work_magnitude", &work_magnitude_},
             {"edge_moves", &edge_moves_},
-            {"edge_corrections", &edge_corrections_}};
+            {"edge_corrections", &edge_corrections_},
+            {"unresolved_flow_x", &flow_.x},
+            {"unresolved_flow_x_time", &flow_x_time_},
+            {"unresolved_flow_y", &flow_.y},
+            {"unresolved_flow_y_time", &flow_y_time_}};
 }
 
 } // namespace ductile::quasistatic

@@ -10,7 +10,7 @@
 namespace ductile::quasistatic {
 
 /// The number of this program's checkpoint format, raised when its content changes.
-inline constexpr int checkpoint_format = 13;
+inline constexpr int checkpoint_format = 14;
 
 /// The state a checkpoint holds. Throws InputError when it has another grid or another internal variable.
 [[nodiscard]] State read_state(const io::CheckpointReader& checkpoint, const Scene& scene, Space& space);

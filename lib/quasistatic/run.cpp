@@ -214,6 +214,7 @@ public:
         const Unresolved unresolved = space_.unresolved(state_.cells);
         summary.extra["unresolved_x"] = unresolved.x;
         summary.extra["unresolved_y"] = unresolved.y;
+        summary.extra["unresolved_flow"] = watch_.worst_flow();
         if (!space_.movable_edges().empty()) {
             summary.extra["edge_moves"] = watch_.edge_moves();
             summary.extra["edge_corrections"] = watch_.edge_corrections();

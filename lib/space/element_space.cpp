@@ -400,30 +400,28 @@ Unresolved ElementSpace::unresolved(const Field& field) const {
         // of the waves in x the square is integrated over y, of the polynomials in y it is the sum of the coefficients'
         multiply(p, points, padded, rows, {x_.short_waves(), padded}, scratch.rows(0));
         multiply(tail, p, padded, {y_.legendre.data() + static_cast<std::ptrdiff_t>(p - tail) * p, p}, rows, scratch.rows(1));
-        const auto mean_square = [&](int array, int l) {
+        const auto mean_square = [&](const double* row) {
             double sum = 0.0;
             for (int i = 0; i < points; ++i)
-                sum += scratch.row(array, l)[i] * scratch.row(array, l)[i];
+                sum += row[i] * row[i];
             return 0.5 * sum / points;
         };
-        double x = 0.0, y = 0.0;
-        for (int l = 0; l < p; ++l)
-            x += y_.gauss.weights[static_cast<std::size_t>(l)] * mean_square(0, l);
+        Unresolved here;
+        for (int l = 0; l < p; ++l) {
+            here.x += y_.gauss.weights[static_cast<std::size_t>(l)] * mean_square(scratch.row(0, l));
+            here.whole += y_.gauss.weights[static_cast<std::size_t>(l)] * mean_square(field.row(e * p + l));
+        }
         for (int l = 0; l < tail; ++l)
-            y += mean_square(1, l);
+            here.y += mean_square(scratch.row(1, l));
         if (e > 0) {
             jump(field, e, scratch.row(2, 0));
-            y = std::max(y, 2.0 * mean_square(2, 0));
+            here.jump = 2.0 * mean_square(scratch.row(2, 0));
         }
-        largest.x = std::max(largest.x, x);
-        largest.y = std::max(largest.y, y);
+        largest.take(here);
     };
-    const Unresolved squares =
-        gather_rows(Rows{y_.elements(), p * points}, Unresolved{}, visit, [](Unresolved& total, const Unresolved& part) {
-            total.x = std::max(total.x, part.x);
-            total.y = std::max(total.y, part.y);
-        });
-    return {std::sqrt(squares.x), std::sqrt(squares.y)};
+    const Unresolved squares = gather_rows(Rows{y_.elements(), p * points}, Unresolved{}, visit,
+                                           [](Unresolved& total, const Unresolved& part) { total.take(part); });
+    return {std::sqrt(squares.x), std::sqrt(squares.y), std::sqrt(squares.jump), std::sqrt(squares.whole)};
 }
 
 void ElementSpace::at_points(const VectorField& velocity, Field& u, Field& v) const {

@@ -340,14 +340,23 @@ void Space::move_edges(const std::vector<double>& edges, std::span<Field* const>
 }
 
 Unresolved Space::unresolved(const CellState& cells) const {
-    Unresolved largest = unresolved(cells.stress.tau);
+    const Unresolved of_tau = unresolved(cells.stress.tau);
+    double x = of_tau.x, y = std::max(of_tau.y, of_tau.jump);
     const auto variables = medium_.law->variables();
     for (std::size_t k = 0; k < variables.size(); ++k) {
         const Unresolved here = unresolved(cells.internal[k]);
-        largest.x = std::max(largest.x, here.x / variables[k].natural_scale());
-        largest.y = std::max(largest.y, here.y / variables[k].natural_scale());
+        x = std::max(x, here.x / variables[k].natural_scale());
+        y = std::max(y, std::max(here.y, here.jump) / variables[k].natural_scale());
     }
-    return largest;
+    return {x, y};
+}
+
+Unresolved Space::unresolved_flow(const CellState& cells, double negligible, Field& rate) const {
+    plastic_strain_rate(cells, rate);
+    rate.wrap();
+    const Unresolved found = unresolved(rate);
+    const double scale = std::max(found.whole, negligible);
+    return {found.x / scale, found.y / scale};
 }
 
 double Space::root_mean_of_row_sums() const {

@@ -83,9 +83,20 @@ struct Observables {
 /// the largest of all fields and rows (staggered) or elements, root mean squares there. Where fields are resolved it falls with
 /// the error of the space; where it stays, they have structures that the space cannot show. On elements: the last quarter of the
 /// waves in x; in y the last quarter of the Legendre coefficients, or the jumps at edges where they are larger. On the staggered
-/// grid: a quarter of the second difference from cell to cell, which of a wave as short as the grid allows is the wave itself.
+/// grid: a sixteenth of the fourth difference from cell to cell, beside walls a quarter of the second one; of a wave as short as
+/// the grid allows either is the wave itself.
 struct Unresolved {
     double x = 0.0, y = 0.0;
+    double jump = 0.0;  ///< at edges of elements
+    double whole = 0.0; ///< of rows or elements themselves
+
+    /// Each the larger one.
+    void take(const Unresolved& other) {
+        x = std::max(x, other.x);
+        y = std::max(y, other.y);
+        jump = std::max(jump, other.jump);
+        whole = std::max(whole, other.whole);
+    }
 };
 
 /// Mean of tau and of sigma_yy over all cells: the traction on the walls, in equilibrium.
@@ -223,6 +234,9 @@ public:
     [[nodiscard]] MeanTraction mean_traction(const StressField& stress);
     [[nodiscard]] Observables observe(const CellState& cells) const;
     [[nodiscard]] Unresolved unresolved(const CellState& cells) const;
+    /// That of the plastic strain rate, of the largest there is in a row or element (`whole`), or of `negligible` where that is
+    /// more: flow hangs on the fields exponentially, and a band shows in it before it shows in them. `rate` is room.
+    [[nodiscard]] Unresolved unresolved_flow(const CellState& cells, double negligible, Field& rate) const;
 
     /// Cells as one vector without images, field after field, scaled such that the root mean square of all components is
     /// sqrt(1/n) times norm() of the state, n the number of fields, if internal variables are counted together: with an absolute

@@ -179,26 +179,30 @@ double StaggeredSpace::wall_power(const StressField& stress, const Velocity& upp
 Unresolved StaggeredSpace::unresolved(const Field& field) const {
     const Pack columns(static_cast<double>(grid().cells_x));
     const auto visit = [&](int j, Unresolved& largest) {
-        Pack square_x(0.0), square_y(0.0);
-        const bool inside = j > 0 && j + 1 < grid().cells_y;
-        const double *here = field.row(j), *below = field.row(inside ? j - 1 : j), *above = field.row(inside ? j + 1 : j);
+        Pack square_x(0.0), square_y(0.0), square(0.0);
+        const auto fourth = [](const Pack& a, const Pack& b, const Pack& c, const Pack& d, const Pack& e) {
+            return Pack(0.0625) * (a + e) - Pack(0.25) * (b + d) + Pack(0.375) * c;
+        };
+        const int to_wall = std::min(j, grid().cells_y - 1 - j), far = std::min(to_wall, 2), near = std::min(to_wall, 1);
+        const double *here = field.row(j), *lower = field.row(j - far), *below = field.row(j - near),
+                     *above = field.row(j + near), *upper = field.row(j + far);
         for (int i = 0; i < grid().cells_x; i += pack_size) {
-            const Pack twice = Pack(2.0) * load(here + i);
-            const Pack x = Pack(0.25) * (load(here + i - 1) - twice + load(here + i + 1));
-            const Pack y = Pack(0.25) * (load(below + i) - twice + load(above + i));
+            const Pack value = load(here + i);
+            const Pack x = fourth(load(here + i - 2), load(here + i - 1), value, load(here + i + 1), load(here + i + 2));
+            const Pack y = far == near ? Pack(0.25) * (load(below + i) - Pack(2.0) * value + load(above + i))
+                                       : fourth(load(lower + i), load(below + i), value, load(above + i), load(upper + i));
             const Pack::Mask real = Pack::counting_from(i) < columns;
             square_x = square_x + select(real, x * x, Pack(0.0));
             square_y = square_y + select(real, y * y, Pack(0.0));
+            square = square + select(real, value * value, Pack(0.0));
         }
-        largest.x = std::max(largest.x, sum_of(square_x));
-        largest.y = std::max(largest.y, sum_of(square_y));
+        largest.take({.x = sum_of(square_x), .y = sum_of(square_y), .whole = sum_of(square)});
     };
-    const Unresolved squares =
-        gather_rows(Rows{grid().cells_y, grid().cells_x}, Unresolved{}, visit, [](Unresolved& total, const Unresolved& part) {
-            total.x = std::max(total.x, part.x);
-            total.y = std::max(total.y, part.y);
-        });
-    return {std::sqrt(squares.x / grid().cells_x), std::sqrt(squares.y / grid().cells_x)};
+    const Unresolved squares = gather_rows(Rows{grid().cells_y, grid().cells_x}, Unresolved{}, visit,
+                                           [](Unresolved& total, const Unresolved& part) { total.take(part); });
+    return {.x = std::sqrt(squares.x / grid().cells_x),
+            .y = std::sqrt(squares.y / grid().cells_x),
+            .whole = std::sqrt(squares.whole / grid().cells_x)};
 }
 
 double StaggeredSpace::correct(const VectorField& phi, const Velocity& wall, double dt, StressField& stress) {
