@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <ductile/space/element_adaptation.hpp>
+#include <ductile/space/small_products.hpp>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <iterator>
 #include <limits>
 #include <utility>
 
@@ -54,35 +54,30 @@ std::vector<double> best_share(const Quadrature& gauss, const Interval& from, co
     return share;
 }
 
-/// rows of `to` += matrix times rows of `from`, both [p][columns].
-void add_product(const std::vector<double>& matrix, std::size_t p, std::size_t columns, const double* from, double* to) {
-    for (std::size_t g = 0; g < p; ++g)
-        for (std::size_t l = 0; l < p; ++l)
-            for (std::size_t i = 0; i < columns; ++i)
-                to[g * columns + i] += matrix[g * p + l] * from[l * columns + i];
+/// Rows of `to` from `begin` on += matrix [rows][inner] times rows of `from` from `first` on.
+void add_product(const std::vector<double>& matrix, int rows, int inner, const Field& from, int first, Field& to, int begin) {
+    multiply<true>(rows, inner, to.padded_columns(), {matrix.data(), inner}, {from.row(first), from.stride()},
+                   {to.row(begin), to.stride()});
 }
 
 /// An element as it might become.
 struct Candidate {
     Interval at;
-    std::vector<double> values = {}; ///< [fields][p][columns], in their units
+    int source = -1;                ///< the element that it is, or -1
+    std::vector<Field> values = {}; ///< of p rows, in their units; of an element that is, once they are wanted
     double eta = 0.0;
 };
 
 class Exchange {
 public:
     Exchange(const ElementLine& line, std::span<const ScaledField> fields)
-        : line_(line), p_(size(line.degree)), columns_(size(fields.front().field->columns())), count_(fields.size()),
-          height_(line.edges.back() - line.edges.front()) {
+        : line_(line), fields_(fields), height_(line.edges.back() - line.edges.front()) {
         for (int e = 0; e < line.elements(); ++e) {
-            Candidate here{.at = element(line, e)};
-            here.values.reserve(count_ * p_ * columns_);
+            double square = 0.0;
             for (const auto& [field, unit] : fields)
-                for (int l = 0; l < line.degree; ++l)
-                    std::transform(field->row(e * line.degree + l), field->row(e * line.degree + l) + columns_,
-                                   std::back_inserter(here.values), [by = unit](double value) { return value / by; });
-            here.eta = std::sqrt(tail(here));
-            elements_.push_back(std::move(here));
+                square += line.mean_square_of_tail(*field, e * line.degree) / (unit * unit);
+            const Interval at = element(line, e);
+            elements_.push_back({.at = at, .source = e, .eta = std::sqrt(square * at.height() / height_)});
         }
     }
 
@@ -116,14 +111,14 @@ private:
         for (std::size_t e = 0; e + 1 < elements_.size(); ++e) {
             if (e == worst || e + 1 == worst || std::max(elements_[e].eta, elements_[e + 1].eta) >= best.eta)
                 continue;
-            if (Candidate joined = join(elements_[e], elements_[e + 1]); joined.eta < best.eta) {
+            if (Candidate joined = join(with_values(e), with_values(e + 1)); joined.eta < best.eta) {
                 best = std::move(joined);
                 pair = e;
             }
         }
         if (pair == elements_.size())
             return false;
-        std::array halves{half(elements_[worst], 0), half(elements_[worst], 1)};
+        std::array halves{half(with_values(worst), 0), half(with_values(worst), 1)};
         const auto at = [&](std::size_t e) { return elements_.begin() + static_cast<std::ptrdiff_t>(e); };
         const auto replace_pair = [&] {
             *at(pair) = std::move(best);
@@ -144,13 +139,26 @@ private:
         return true;
     }
 
+    const Candidate& with_values(std::size_t e) {
+        Candidate& here = elements_[e];
+        for (std::size_t k = here.values.size(); k < fields_.size(); ++k) {
+            const auto& [field, unit] = fields_[k];
+            Field& values = here.values.emplace_back(line_.degree, field->columns());
+            for (int l = 0; l < line_.degree; ++l)
+                std::transform(field->row(here.source * line_.degree + l),
+                               field->row(here.source * line_.degree + l) + field->columns(), values.row(l),
+                               [by = unit](double value) { return value / by; });
+        }
+        return here;
+    }
+
     [[nodiscard]] Candidate carried(std::span<const Candidate* const> from, const Interval& to) const {
-        Candidate result{.at = to, .values = std::vector<double>(count_ * p_ * columns_, 0.0)};
+        Candidate result{.at = to,
+                         .values = std::vector<Field>(fields_.size(), Field(line_.degree, fields_[0].field->columns()))};
         for (const Candidate* part : from) {
             const std::vector<double> share = best_share(line_.gauss, part->at, to);
-            for (std::size_t k = 0; k < count_; ++k)
-                add_product(share, p_, columns_, part->values.data() + k * p_ * columns_,
-                            result.values.data() + k * p_ * columns_);
+            for (std::size_t k = 0; k < fields_.size(); ++k)
+                add_product(share, line_.degree, line_.degree, part->values[k], 0, result.values[k], 0);
         }
         return result;
     }
@@ -178,46 +186,27 @@ private:
     /// h/H times the sum over fields of the mean square difference.
     [[nodiscard]] double mean_square(const Candidate& a, const Candidate& b) const {
         double sum = 0.0;
-        for (std::size_t at = 0; at < a.values.size(); ++at) {
-            const double difference = a.values[at] - b.values[at];
-            sum += line_.gauss.weights[at / columns_ % p_] * difference * difference;
-        }
-        return 0.5 * sum / static_cast<double>(columns_) * a.at.height() / height_;
+        for (std::size_t k = 0; k < fields_.size(); ++k)
+            for (int g = 0; g < line_.degree; ++g)
+                for (int i = 0; i < a.values[k].columns(); ++i) {
+                    const double difference = a.values[k](i, g) - b.values[k](i, g);
+                    sum += line_.gauss.weights[size(g)] * difference * difference;
+                }
+        return 0.5 * sum / a.values[0].columns() * a.at.height() / height_;
     }
 
     [[nodiscard]] double tail(const Candidate& here) const {
-        const std::size_t first = p_ - std::max<std::size_t>(1, p_ / 4);
-        std::vector<double> coefficient(columns_);
         double sum = 0.0;
-        for (std::size_t k = 0; k < count_; ++k)
-            for (std::size_t l = first; l < p_; ++l) {
-                std::ranges::fill(coefficient, 0.0);
-                for (std::size_t g = 0; g < p_; ++g)
-                    for (std::size_t i = 0; i < columns_; ++i)
-                        coefficient[i] += line_.legendre[l * p_ + g] * here.values[(k * p_ + g) * columns_ + i];
-                for (const double c : coefficient)
-                    sum += c * c;
-            }
-        return 0.5 * sum / static_cast<double>(columns_) * here.at.height() / height_;
+        for (const Field& values : here.values)
+            sum += line_.mean_square_of_tail(values, 0);
+        return sum * here.at.height() / height_;
     }
 
     const ElementLine& line_;
-    std::size_t p_, columns_, count_;
+    std::span<const ScaledField> fields_;
     double height_;
     std::vector<Candidate> elements_;
 };
-
-/// Row after row, from rows of the old element that begins with row `first`.
-void add_rows(const std::vector<double>& matrix, int inner, const Field& from, int first, Field& to, int begin, int rows) {
-    for (int r = 0; r < rows; ++r)
-        for (int l = 0; l < inner; ++l) {
-            const double weight = matrix[size(r * inner + l)];
-            const double* const source = from.row(first + l);
-            double* const target = to.row(begin + r);
-            for (int i = 0; i < to.columns(); ++i)
-                target[i] += weight * source[i];
-        }
-}
 
 } // namespace
 
@@ -238,12 +227,12 @@ void carry_over(const ElementLine& from, const ElementLine& to, Field& field) {
                 const auto above = std::upper_bound(from.edges.begin() + 1, from.edges.end() - 1, y);
                 const int source = static_cast<int>(above - from.edges.begin()) - 1;
                 const double seen = seen_from(element(from, source), here, std::array{to.nodes[size(l)]}).front();
-                add_rows(interpolation_matrix(from.nodes, std::array{seen}), p + 1, field, source * p, result, e * p + l, 1);
+                add_product(interpolation_matrix(from.nodes, std::array{seen}), 1, p + 1, field, source * p, result, e * p + l);
             }
         else
             for (int source = 0; source < from.elements(); ++source)
                 if (const std::vector<double> share = best_share(from.gauss, element(from, source), here); !share.empty())
-                    add_rows(share, p, field, source * p, result, e * p, p);
+                    add_product(share, p, p, field, source * p, result, e * p);
     }
     for (int j = 0; j < result.rows(); ++j)
         std::copy_n(result.row(j), result.columns(), field.row(j));

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <ductile/space/element_line.hpp>
+#include <ductile/space/small_products.hpp>
 
+#include <algorithm>
 #include <array>
 
 namespace ductile {
@@ -23,6 +25,25 @@ ElementLine::ElementLine(int p, std::vector<double> at)
       value_transposed(transposed(value, nodes.size())), slope_transposed(transposed(slope, nodes.size())),
       slope_of_stress(slope_matrix(gauss.points, gauss.points)), at_bottom(interpolation_matrix(gauss.points, std::array{-1.0})),
       at_top(interpolation_matrix(gauss.points, std::array{1.0})), legendre(legendre_matrix(gauss)) {}
+
+double ElementLine::mean_square_of_tail(const Field& field, int first) const {
+    const int tail = std::max(1, degree / 4), padded = field.padded_columns();
+    thread_local aligned_vector<double> coefficients;
+    if (coefficients.size() < static_cast<std::size_t>(tail * padded))
+        coefficients.resize(static_cast<std::size_t>(tail * padded));
+    multiply(tail, degree, padded, {legendre.data() + static_cast<std::ptrdiff_t>(degree - tail) * degree, degree},
+             {field.row(first), field.stride()}, {coefficients.data(), padded});
+    double square = 0.0;
+    for (int l = 0; l < tail; ++l) {
+        double sum = 0.0;
+        for (int i = 0; i < field.columns(); ++i) {
+            const double c = coefficients[static_cast<std::size_t>(l * padded + i)];
+            sum += c * c;
+        }
+        square += 0.5 * sum / field.columns();
+    }
+    return square;
+}
 
 RowSpacing ElementLine::rows() const {
     RowSpacing rows;

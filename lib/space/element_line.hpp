@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #pragma once
+#include <ductile/space/field.hpp>
 #include <ductile/space/gauss.hpp>
 #include <ductile/space/grid.hpp>
 
@@ -30,6 +31,9 @@ struct ElementLine {
         return edges[static_cast<std::size_t>(element) + 1] - edges[static_cast<std::size_t>(element)];
     }
     [[nodiscard]] RowSpacing rows() const;
+    /// What the last quarter of the Legendre coefficients (one at least) have of the mean square over an element, and along x, of
+    /// a field at its p rows of stress points from `first` on.
+    [[nodiscard]] double mean_square_of_tail(const Field& field, int first) const;
 };
 
 /// As many edges as make elements of equal height, from 0 to `height`.

@@ -393,13 +393,12 @@ double ElementSpace::correct(const VectorField& phi, const Velocity& wall, doubl
 }
 
 Unresolved ElementSpace::unresolved(const Field& field) const {
-    const int p = y_.degree, padded = x_.padded(), tail = std::max(1, p / 4), points = x_.points();
+    const int p = y_.degree, padded = x_.padded(), points = x_.points();
     const auto visit = [&](int e, Unresolved& largest) {
         const ElementScratch scratch(p + 1, padded);
         const RowsOf<const double> rows{field.row(e * p), field.stride()};
         // of the waves in x the square is integrated over y, of the polynomials in y it is the sum of the coefficients'
         multiply(p, points, padded, rows, {x_.short_waves(), padded}, scratch.rows(0));
-        multiply(tail, p, padded, {y_.legendre.data() + static_cast<std::ptrdiff_t>(p - tail) * p, p}, rows, scratch.rows(1));
         const auto mean_square = [&](const double* row) {
             double sum = 0.0;
             for (int i = 0; i < points; ++i)
@@ -411,11 +410,10 @@ Unresolved ElementSpace::unresolved(const Field& field) const {
             here.x += y_.gauss.weights[static_cast<std::size_t>(l)] * mean_square(scratch.row(0, l));
             here.whole += y_.gauss.weights[static_cast<std::size_t>(l)] * mean_square(field.row(e * p + l));
         }
-        for (int l = 0; l < tail; ++l)
-            here.y += mean_square(scratch.row(1, l));
+        here.y = y_.mean_square_of_tail(field, e * p);
         if (e > 0) {
-            jump(field, e, scratch.row(2, 0));
-            here.jump = 2.0 * mean_square(scratch.row(2, 0));
+            jump(field, e, scratch.row(1, 0));
+            here.jump = 2.0 * mean_square(scratch.row(1, 0));
         }
         largest.take(here);
     };
