@@ -11,6 +11,7 @@
 #include <doctest/doctest.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <limits>
@@ -458,20 +459,38 @@ TEST_CASE("a run says whether its space shows all there is, and draws fields on 
 }
 
 TEST_CASE("a band that the space does not show is said, though the fields at the end look smooth on it") {
-    // five elements of degree 16: 0.06 of the yield stress off; on elements that follow the band 6e-4
+    // five elements of degree 16: 0.06 of the yield stress off; on elements that follow the band 6e-4. The walls turn back in the
+    // end, so that nothing flows there
     const scratch::Folder folder;
     const auto summary_of = [&](const Arguments& how) {
-        run_well(Arguments{"--initial", "disc", "--initial-base", "600", "--initial-amplitude", "300", "--initial-length", "3e-3",
-                           "--initial-transition", "1e-3", "--duration", "1", "--snapshots", "", "--space", "elements",
-                           "--output", folder / "out"} +
+        run_well(Arguments{"--initial",
+                           "disc",
+                           "--initial-base",
+                           "600",
+                           "--initial-amplitude",
+                           "300",
+                           "--initial-length",
+                           "3e-3",
+                           "--initial-transition",
+                           "1e-3",
+                           "--duration",
+                           "1.02",
+                           "--wall-history",
+                           "0:1e-3,1:1e-3,1:-1e-3",
+                           "--snapshots",
+                           "",
+                           "--space",
+                           "elements",
+                           "--output",
+                           folder / "out"} +
                  how);
         return nlohmann::json::parse(scratch::read(folder / "out/summary.json"));
     };
     const auto wrong = summary_of({"--cells", "40x80", "--degree", "16"});
-    CHECK(wrong.at("extra").at("unresolved_y").get<double>() < 0.015);
     CHECK(wrong.at("extra").at("unresolved_flow").get<double>() == doctest::Approx(0.18).epsilon(0.1));
-    REQUIRE(wrong.at("warnings").size() == 1);
-    CHECK(contains(wrong.at("warnings").front().get<std::string>(), "of the plastic strain rate where that is largest"));
+    CHECK(std::ranges::any_of(wrong.at("warnings"), [](const nlohmann::json& warning) {
+        return contains(warning.get<std::string>(), "s the finest scales of the space in y held 0.1");
+    }));
     const auto right = summary_of({"--cells", "24x128", "--degree", "8", "--adapt-elements"});
     CHECK(right.at("extra").at("unresolved_flow").get<double>() < 0.1);
     CHECK(right.at("warnings").empty());
