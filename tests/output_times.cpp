@@ -46,6 +46,14 @@ TEST_CASE("rows have times of their own; where one is that of a snapshot up to r
     CHECK_FALSE(times.is_snapshot(0.6));
 }
 
+TEST_CASE("snapshots that nobody asked for end with the run") {
+    const Times paper{0.0, 0.46575, 0.9315, 1.4175};
+    CHECK(snapshots_of_run(1.4175, paper) == paper);
+    CHECK(snapshots_of_run(1.0, paper) == Times{0.0, 0.46575, 0.9315, 1.0});
+    CHECK(snapshots_of_run(3.0, paper) == Times{0.0, 0.46575, 0.9315, 1.4175, 3.0});
+    CHECK(snapshots_of_run(3.0, {}).empty());
+}
+
 TEST_CASE("snapshots beyond the end are announced as missing") {
     CHECK(missing_snapshots(1.0, Times{}).empty());
     CHECK(missing_snapshots(1.0, Times{0.5, 1.0}).empty());

@@ -107,6 +107,24 @@ TEST_CASE("steps get a tolerance that their errors allow") {
     CHECK(resolution.errors(integrate(options)).stress > 20.0 * 7.0 / 8.0 * tolerance(options));
 }
 
+TEST_CASE("errors of steps are those on the points that show what few points do not") {
+    Options options;
+    options.accuracy = 1e-3;
+    int fewest = 0;
+    // a thousand times as large as on the fewest points
+    const auto integrate = [&](const Options& tried) {
+        if (fewest == 0)
+            fewest = tried.cells.y;
+        Options looser = tried;
+        looser.tolerance = fmt::format("{}", (tried.cells.y > fewest ? 1000.0 : 1.0) * tolerance(tried));
+        return made_up(looser, [](double rows) { return std::exp(-rows / 12.0); });
+    };
+    const Resolution resolution(options, integrate, [](const std::string&) {});
+    CHECK(options.cells.y > fewest);
+    CHECK(tolerance(options) == Approx(1e-4 / 8.0).epsilon(1e-2));
+    CHECK(resolution.errors(integrate(options)).stress > 20.0 * 7.0 / 8.0 * tolerance(options));
+}
+
 TEST_CASE("what no grid resolves is refused") {
     Options options;
     options.accuracy = 1e-3;

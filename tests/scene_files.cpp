@@ -184,13 +184,13 @@ TEST_CASE("what --print-config prints, scene runs with the same bits: own option
 
 TEST_CASE("the scene files of the papers give the bits of the programs") {
     for (const auto& [program, file, how] :
-         {std::tuple<std::string, std::string, Arguments>{"elastic_bar", "elastic-bar", {"--duration", "5"}},
-          {"plastic_bar", "plastic-bar", {"--duration", "5"}},
-          {"colliding_disks", "colliding-disks", {"--duration", "72"}},
+         {std::tuple<std::string, std::string, Arguments>{"elastic_bar", "elastic-bar", {"--duration", "5", "--snapshots", "5"}},
+          {"plastic_bar", "plastic-bar", {"--duration", "5", "--snapshots", "5"}},
+          {"colliding_disks", "colliding-disks", {"--duration", "72", "--snapshots", "72"}},
           {"upsetting", "upsetting", {"--duration", "2e-3", "--snapshots", "2e-3"}},
           {"vibrating_bar", "vibrating-bar", {"--duration", "5", "--snapshots", "5"}},
-          {"taylor_bar", "taylor-bar", {"--duration", "4e-6"}},
-          {"shear_band", "shear-band", {"--cells", "24", "--duration", "0.7"}}}) {
+          {"taylor_bar", "taylor-bar", {"--duration", "4e-6", "--snapshots", "4e-6"}},
+          {"shear_band", "shear-band", {"--cells", "24", "--duration", "0.7", "--snapshots", "0.7"}}}) {
         CAPTURE_BINDING(file);
         const scratch::Folder folder;
         run_well(program, how + Arguments{"--output", folder / "program"});

@@ -317,6 +317,8 @@ MUTATIONS = (
     M("explicit steps of B-splines bounded as those of hat functions", POINTS + "explicit_step.cpp",
       "? 5.4 : 4.0", "? 4.0 : 4.0", ("mpm_programs",)),
     # --- elements that follow the fields
+    M("--accuracy: errors of steps on the fewest points alone", STATIC + "resolution.cpp",
+      "Run& seen = runs_[differences_.size()];", "Run& seen = runs_.front();", ("resolution",)),
     M("unresolved: fourth differences with a sign", SPACE + "staggered_space.cpp",
       "+ Pack(0.375) * c;", "- Pack(0.375) * c;", ("elements",)),
     M("unresolved: the last half of the coefficients", SPACE + "element_line.cpp",

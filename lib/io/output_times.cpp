@@ -54,6 +54,14 @@ std::vector<double> regular_times(std::string_view option, std::vector<double> t
     return times_s;
 }
 
+std::vector<double> snapshots_of_run(double end_s, std::vector<double> default_s) {
+    if (default_s.empty())
+        return {};
+    std::erase_if(default_s, [&](double time_s) { return time_s >= end_s || equal(time_s, end_s, end_s); });
+    default_s.push_back(end_s);
+    return default_s;
+}
+
 std::vector<std::string> missing_snapshots(double end_s, std::span<const double> snapshots_s) {
     const double last = snapshots_s.empty() ? 0.0 : *std::ranges::max_element(snapshots_s);
     if (last <= end_s || equal(last, end_s, end_s))

@@ -36,6 +36,9 @@ private:
 [[nodiscard]] std::vector<double> regular_times(std::string_view option, std::vector<double> times_s, double every_s,
                                                 double end_s);
 
+/// Of snapshots that nobody has asked for, those before the end of a run, and the end; none where there are none.
+[[nodiscard]] std::vector<double> snapshots_of_run(double end_s, std::vector<double> default_s);
+
 /// A warning where snapshots are asked for beyond the end of a run.
 [[nodiscard]] std::vector<std::string> missing_snapshots(double end_s, std::span<const double> snapshots_s);
 

@@ -116,7 +116,9 @@ void declare_run(io::Program& program, Options& o) {
         return io::OptionHelp{"Run", std::move(meaning), std::move(units), allowed, io::Restart::may_change};
     };
     program.option("--duration", o.duration, help("the end of the run; a step ends there", "s"));
-    program.option("--snapshots", o.snapshots, help("times of the snapshots in fields.h5: t1,t2,...", "s", io::not_negative));
+    program.option(
+        "--snapshots", o.snapshots,
+        help("times of the snapshots in fields.h5: t1,t2,...; where none are given, the end is one", "s", io::not_negative));
     program.option("--snapshots-every", o.snapshots_every,
                    help("snapshots at the times 0, T, 2 T, ... besides; 0: none", "s", io::not_negative));
     program.number_or_auto(
@@ -394,7 +396,10 @@ int run_program(const io::Program& program, const Options& options, const Proble
     State state = checkpoint ? read_state(*checkpoint, problem.scene, problem.start) : problem.start;
     StepControl control = make_step_control(options, problem.scene, problem.start);
     const auto stepper = make_time_stepper(options, problem.scene, problem.start);
-    const run::Outputs outputs = make_outputs(options, state);
+    Options shown = options;
+    if (program.has_default("--snapshots"))
+        shown.snapshots = io::snapshots_of_run(options.duration, options.snapshots);
+    const run::Outputs outputs = make_outputs(shown, state);
     const Monitor::Options monitor{.every = options.method == Method::explicit_steps ? 32 : 1,
                                    .inertia = options.method != Method::quasi_static,
                                    .forces_at_end = (options.method == Method::implicit && options.mu == 1.0) ||
@@ -405,9 +410,7 @@ int run_program(const io::Program& program, const Options& options, const Proble
     std::ranges::move(solver_warnings(options), std::back_inserter(warnings));
     std::ranges::move(resolution_warnings(problem.scene, problem.start.particles, problem.start.rigid_bodies),
                       std::back_inserter(warnings));
-    if (!program.has_default("--snapshots"))
-        for (const std::string& missing : io::missing_snapshots(options.duration, options.snapshots))
-            warnings.push_back(missing);
+    std::ranges::move(io::missing_snapshots(options.duration, shown.snapshots), std::back_inserter(warnings));
     for (MaterialNumbers numbers : material_numbers(problem.scene, problem.start.particles, problem.start.rigid_bodies)) {
         if (options.method == Method::quasi_static)
             numbers.speed = 0.0; // nothing has inertia

@@ -176,7 +176,9 @@ void declare_output(io::Program& program, Options& o) {
         return io::OptionHelp{"Run", std::move(meaning), std::move(units), allowed, io::Restart::may_change};
     };
     program.option("--duration", o.duration, help("simulated time at the end", "s"));
-    program.option("--snapshots", o.snapshots, help("times of the snapshots in fields.h5: t1,t2,...", "s", io::not_negative));
+    program.option(
+        "--snapshots", o.snapshots,
+        help("times of the snapshots in fields.h5: t1,t2,...; where none are given, the end is one", "s", io::not_negative));
     program.option("--snapshots-every", o.snapshots_every,
                    help("snapshots at the times 0, T, 2 T, ... besides; 0: none", "s", io::not_negative));
     program.option("--snapshot-cells", o.snapshot_cells,

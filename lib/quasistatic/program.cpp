@@ -145,10 +145,12 @@ int run_program(const io::Program& program, Options& options) {
         warnings.push_back(begun.warning);
     State& state = begun.state;
 
-    const run::Outputs outputs = make_outputs(options, scene, state.time);
+    Options shown = options;
+    if (program.has_default("--snapshots"))
+        shown.snapshots = io::snapshots_of_run(options.duration, options.snapshots);
+    const run::Outputs outputs = make_outputs(shown, scene, state.time);
     std::ranges::move(doubts(options, scene, space->observe(state.cells)), std::back_inserter(warnings));
-    if (!program.has_default("--snapshots"))
-        std::ranges::move(io::missing_snapshots(options.duration, options.snapshots), std::back_inserter(warnings));
+    std::ranges::move(io::missing_snapshots(options.duration, shown.snapshots), std::back_inserter(warnings));
     const auto stepper = make_time_stepper(options, scene, std::move(space));
     program.say(describe(options, scene, *stepper, thread_count()));
     return program.run(
