@@ -434,7 +434,7 @@ TEST_SUITE("elements") {
         const auto staggered = staggered_on(rectangle);
         CellState rough = staggered->make_cells();
         fill_cells(*staggered, rough.stress.tau, [](double, double y) { return 3.0 * y; });
-        CHECK(staggered->unresolved(rough).x == 0.0);
+        CHECK(staggered->unresolved(rough).x < 1e-15);
         CHECK(staggered->unresolved(rough).y < 1e-14);
         for (int j = 0; j < rectangle.cells_y; ++j)
             for (int i = 0; i < rectangle.cells_x; ++i)
