@@ -25,8 +25,8 @@ namespace ductile::quasistatic {
 /// nothing; 2 % of cellwise noise in chi make it 0.06 and the stress 2 % wrong.
 ///
 /// A space that does not show a band gives it another width and place, and flow that localises amplifies that: what the finest
-/// scales hold of the plastic strain rate, at any time, tells, where what they hold of the fields at the end does not (six scenes on
-/// up to 16 spaces of both kinds, verification/space.py: runs above 0.16 were 8e-3 to 1e-1 of the yield stress wrong, runs
+/// scales hold of the plastic strain rate, at any time, tells, where what they hold of the fields at the end does not (six scenes
+/// on up to 16 spaces of both kinds, verification/space.py: runs above 0.16 were 8e-3 to 1e-1 of the yield stress wrong, runs
 /// below it at most 1.1e-2).
 ///
 /// What the elastic energy has grown by should be what the walls have done less what plastic flow has dissipated (EnergyFlow).
