@@ -199,6 +199,19 @@ TEST_CASE("the scene files of the papers give the bits of the programs") {
     }
 }
 
+TEST_CASE("a run of another length shows its end, where nobody says when snapshots are taken") {
+    for (const auto& [program, how, name, end] :
+         {std::tuple<std::string, Arguments, const char*, double>{
+              "shear_band", {"--cells", "16", "--duration", "0.5"}, "snapshots/000002", 0.5},
+          {"elastic_bar", {"--duration", "5"}, "snapshots/000001", 5.0}}) {
+        CAPTURE_BINDING(program);
+        const scratch::Folder folder;
+        run_well(program, how + Arguments{"--output", folder / "run"});
+        CHECK(io::Hdf5File::open(folder / "run/fields.h5").double_attribute(name, "time_s") ==
+              doctest::Approx(end).epsilon(1e-12));
+    }
+}
+
 TEST_CASE("every scene file runs") {
     int files = 0;
     for (const auto& entry : fs::directory_iterator(scenes)) {
