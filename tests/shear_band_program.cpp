@@ -474,7 +474,7 @@ TEST_CASE("a band that the space does not show is said, though the fields at the
                            "--initial-transition",
                            "1e-3",
                            "--duration",
-                           "1.02",
+                           "1.15",
                            "--wall-history",
                            "0:1e-3,1:1e-3,1:-1e-3",
                            "--snapshots",
