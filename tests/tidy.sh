@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: GPL-3.0-or-later
 # tests/tidy.sh [all]: clang-tidy (.clang-tidy says which checks) on what has changed since the branch left main, or, on main itself,
-# in its last ten commits, the 12 files that changed most: a minute on two cores. A header is checked within a file of its name, or
+# in its last ten commits, the 8 files that changed most: a minute on two cores. A header is checked within a file of its name, or
 # the first that includes it. all: everything, a quarter of an hour.
 set -euo pipefail
 cd -- "$(dirname -- "${BASH_SOURCE[0]}")/.."
@@ -24,9 +24,9 @@ else
             git grep -lF "#include <ductile/${file#lib/}>" -- 'lib/*.cpp' | head -n 1 || true
         fi
     done | awk '!seen[$0]++')
-    if ((${#files[@]} > 12)); then
-        echo "tidy: $((${#files[@]} - 12)) files that changed less are left out (tests/tidy.sh all)"
-        files=("${files[@]:0:12}")
+    if ((${#files[@]} > 8)); then
+        echo "tidy: $((${#files[@]} - 8)) files that changed less are left out (tests/tidy.sh all)"
+        files=("${files[@]:0:8}")
     fi
 fi
 if ((${#files[@]} == 0)); then
