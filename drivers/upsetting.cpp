@@ -26,6 +26,8 @@ struct BilletOptions {
                           .hardening = {.modulus = 0.3e9}};
     double speed = 1.0;
     bool frictionless = false;
+    Setup::Contact contact = Setup::Contact::nodes;
+    double friction = 0.0;
 };
 
 Setup make_billet(const BilletOptions& o, const Options& options) {
@@ -39,7 +41,9 @@ Setup make_billet(const BilletOptions& o, const Options& options) {
             .rigid_bodies = {{.name = "platen",
                               .shape = rectangle(0.0, 16e-3, width, height),
                               .velocity = Velocity{0.0, -o.speed},
-                              .holds_x = !o.frictionless}},
+                              .holds_x = !o.frictionless,
+                              .contact = o.contact,
+                              .friction = o.friction}},
             .observables = {{.name = "deflection_m", .quantity = "displacement-y", .factor = -1.0},
                             {.name = "load_N", .quantity = "force-y", .factor = 2.0 * std::numbers::pi},
                             {.name = "radius_m", .quantity = "position-x", .take = largest},
@@ -81,6 +85,12 @@ int main(int argc, char** argv) {
         declare_parameters(program, billet.material, "Billet");
         program.option("--frictionless", billet.frictionless,
                        {"Billet", "let the platen slip over the billet instead of sticking to it"});
+        program.choice("--contact", billet.contact,
+                       {{"nodes", Setup::Contact::nodes, "the paper's: the platen holds nodes, from a cell or two away"},
+                        {"surface", Setup::Contact::surface, "the billet's surface touches the platen's, and rubs on it"}},
+                       {"Billet", "how the platen acts"});
+        program.option("--friction", billet.friction,
+                       {"Billet", "Coulomb's coefficient with --contact surface", "1", io::not_negative});
         program.option("--speed", billet.speed, {"Billet", "of the platen", "m/s", io::positive});
         if (!program.parse(argc, argv))
             return 0;

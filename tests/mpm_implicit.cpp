@@ -19,39 +19,6 @@ using namespace mpm_scenes;
 
 namespace {
 
-double length(std::span<const double> v) { return std::sqrt(std::inner_product(v.begin(), v.end(), v.begin(), 0.0)); }
-
-/// |J s - (F(u + h s) - F(u))/h| for four decades of h, with s about as long as u.
-std::array<double, 5> jacobian_errors(MomentumBalance& balance, unsigned seed) {
-    std::vector<double> u(balance.initial_guess().begin(), balance.initial_guess().end());
-    const std::vector<double> shift = random_vector(u.size(), 0.02, seed), direction = random_vector(u.size(), 1.0, seed + 1);
-    std::vector<double> s(u.size()), f(u.size()), f_h(u.size()), js(u.size()), moved(u.size());
-    const auto& nodes = balance.nodes();
-    const bool momentum = balance.scheme().form == Form::momentum;
-    for (std::size_t c = 0; c < u.size(); ++c)
-        if (!nodes.prescribed[c]) {
-            const double unit = momentum ? nodes.mass[c / 2] : 1.0;
-            u[c] += unit * shift[c];
-            s[c] = 0.05 * unit * direction[c];
-        }
-    balance.residual(u, f);
-    balance.linearise(u);
-    balance.jacobian_times(s, js);
-    std::array<double, 5> errors{};
-    double h = 1e-1;
-    for (double& error : errors) {
-        for (std::size_t c = 0; c < u.size(); ++c)
-            moved[c] = u[c] + h * s[c];
-        balance.residual(moved, f_h);
-        double sum = 0.0;
-        for (std::size_t c = 0; c < u.size(); ++c)
-            sum += std::pow((f_h[c] - f[c]) / h - js[c], 2);
-        error = std::sqrt(sum) / length(js);
-        h *= 0.1;
-    }
-    return errors;
-}
-
 /// Bitwise equality of all arrays.
 bool same(const Particles& a, const Particles& b) {
     const auto first = named_arrays(a), second = named_arrays(b);

@@ -398,6 +398,45 @@ TEST_CASE("what is wrong with a scene file is said with file and line, and what 
     CHECK(contains(run("shear_band", {"--config", scenes / "upsetting.toml"}).errors, "carrier = \"points\": here it is grid"));
 }
 
+TEST_CASE("contact by surfaces, turning and rubbing, goes on from a checkpoint with the same bits") {
+    const scratch::Folder folder;
+    std::string text = billet("velocity = [0, -1]",
+                              "history = [[0, 0.2, -1], [1e-3, 0.2, -1], [1e-3, 0, 0.5]]\ncontact = \"surface\"\nfriction = 0.1\n"
+                              "spin = [[0, 0], [1e-3, 20]]\ncentre = [0.01, 0.02]");
+    text.replace(text.find("geometry = \"axisymmetric\""), std::strlen("geometry = \"axisymmetric\""),
+                 "geometry = \"plane-strain\"");
+    const std::string scene = folder / "scene.toml";
+    scratch::write(scene, text);
+    run_well("scene", {scene, "--snapshots", "7e-4,1.2e-3", "--output", folder / "whole"});
+    run_well("scene", {scene, "--snapshots", "7e-4,1.2e-3", "--duration", "7e-4", "--output", folder / "parts"});
+    run_well("scene", {"--restart", folder / "parts/checkpoint.h5", "--duration", "2e-3"});
+    CHECK(scratch::read(folder / "whole/history.csv") == scratch::read(folder / "parts/history.csv"));
+    check_same_run(folder / "whole", folder / "parts");
+    const HistoryTable history = read_history(folder / "whole/history.csv");
+    CHECK(history.column("friction_dissipation_J").back() > 0.0);
+    CHECK(std::ranges::max(history.column("contact_energy_J")) > 0.0);
+    // printed and read again it is the same scene
+    scratch::write(folder / "printed.toml", run("scene", {scene, "--print-config"}).output);
+    run_well("scene", {folder / "printed.toml", "--snapshots", "7e-4,1.2e-3", "--output", folder / "again"});
+    CHECK(scratch::read(folder / "whole/history.csv") == scratch::read(folder / "again/history.csv"));
+
+    for (const auto& [from, to, message] :
+         {std::tuple{"contact = \"surface\"", "contact = \"nodes\"", "holds nodes, and has a friction, a spin or a centre"},
+          {"friction = 0.1", "friction = -0.1", "friction"},
+          {"shape = {rectangle = [0, 0.014, 0.024, 0.018]}",
+           "shape = {union = [{disk = [0.01, 0.02, 0.002]}, {disk = [0.02, 0.02, 0.002]}]}", "its shape is made of several"}}) {
+        std::string other = text;
+        const std::size_t place = other.find(from);
+        REQUIRE(place != std::string::npos);
+        other.replace(place, std::strlen(from), to);
+        scratch::write(folder / "other.toml", other);
+        const Outcome outcome = run("scene", {folder / "other.toml", "--output", folder / "none"});
+        CAPTURE(outcome.errors);
+        CHECK(outcome.status == 2);
+        CHECK(contains(outcome.errors, message));
+    }
+}
+
 TEST_CASE("a scene goes on from its checkpoint with the same bits, and refuses another scene, naming what differs") {
     const scratch::Folder folder;
     const std::string scene = folder / "scene.toml";

@@ -32,6 +32,14 @@ void describe(const State& state, const StepControl& control, const Tally& tally
         content.vectors.emplace_back(body_array(b, "x"), state.rigid_bodies[b].x);
         content.vectors.emplace_back(body_array(b, "y"), state.rigid_bodies[b].y);
     }
+    const SurfacePoints& surface = state.particles.surface;
+    if (surface.size() > 0) {
+        content.vectors.emplace_back("surface/x", surface.x);
+        content.vectors.emplace_back("surface/y", surface.y);
+        for (std::size_t b = 0; b < surface.held.size(); ++b)
+            if (!surface.held[b].empty())
+                content.vectors.emplace_back(fmt::format("surface/held_{}", b), surface.held[b]);
+    }
     for (const auto& [name, numbers] : tally)
         content.vectors.emplace_back(fmt::format("tally/{}", name), numbers);
     content.integer_vectors.emplace_back("touching", control.plan().touching);
@@ -79,6 +87,13 @@ State read_state(const io::CheckpointReader& checkpoint, const Scene& scene, con
     for (std::size_t b = 0; b < state.rigid_bodies.size(); ++b) {
         fill_vector(state.rigid_bodies[b].x, body_array(b, "x"));
         fill_vector(state.rigid_bodies[b].y, body_array(b, "y"));
+    }
+    if (SurfacePoints& surface = state.particles.surface; surface.size() > 0) {
+        fill_vector(surface.x, "surface/x");
+        fill_vector(surface.y, "surface/y");
+        for (std::size_t b = 0; b < surface.held.size(); ++b)
+            if (!surface.held[b].empty())
+                fill_vector(surface.held[b], fmt::format("surface/held_{}", b));
     }
     state.time = checkpoint.scalar("time");
     state.step = checkpoint.counter("step");

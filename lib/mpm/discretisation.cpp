@@ -1,9 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <ductile/mpm/kernels.hpp>
+#include <ductile/mpm/surface_contact.hpp>
+
+#include <utility>
 
 namespace ductile::mpm {
 
-std::unique_ptr<Discretisation> make_discretisation(const Scene& scene, bool midpoint) {
+namespace {
+
+std::unique_ptr<Discretisation> without_contact(const Scene& scene, bool midpoint) {
     switch (scene.shape) {
     case ShapeFunction::linear:
         return make_kernels<Linear>(scene, midpoint);
@@ -13,6 +18,13 @@ std::unique_ptr<Discretisation> make_discretisation(const Scene& scene, bool mid
         break;
     }
     return make_kernels<BSpline>(scene, midpoint);
+}
+
+} // namespace
+
+std::unique_ptr<Discretisation> make_discretisation(const Scene& scene, bool midpoint) {
+    std::unique_ptr<Discretisation> made = without_contact(scene, midpoint);
+    return scene.surface_contact ? with_surface_contact(std::move(made), scene, midpoint) : std::move(made);
 }
 
 } // namespace ductile::mpm

@@ -4,6 +4,7 @@
 #include <ductile/mpm/particles.hpp>
 #include <ductile/mpm/scene.hpp>
 
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <functional>
@@ -30,13 +31,19 @@ struct ParticleEnergies {
     /// sum of V (sigma_f - (sigma' + sigma^L)/2) : (strain increment): what the stress sigma_f = (1 - mu) sigma^k + mu sigma^L
     /// that the nodes feel does beyond what (2.2.16) counts, sigma' the turned stress of the beginning; see moves()
     double of_lag = 0.0;
-    double dissipated = 0.0; ///< sum of V (sigma' + sigma^L)/2 : (plastic strain increment)
+    double dissipated = 0.0;   ///< sum of V (sigma' + sigma^L)/2 : (plastic strain increment)
+    double surface_work = 0.0; ///< of rigid bodies by their surfaces, see SurfaceContact
+    double friction = 0.0;     ///< what slipping over them has dissipated
+    double in_contact = 0.0;   ///< by how much the energy stored in contacts grows
 
     void add(const ParticleEnergies& other) {
         of_increments += other.of_increments;
         kinetic += other.kinetic;
         of_lag += other.of_lag;
         dissipated += other.dissipated;
+        surface_work += other.surface_work;
+        friction += other.friction;
+        in_contact += other.in_contact;
     }
 };
 
@@ -53,6 +60,14 @@ struct Forecast {
         if (determinant < smallest_determinant || std::isnan(determinant))
             smallest_determinant = determinant;
     }
+};
+
+/// The nodes that a particle sees, by active number, its shape functions there, and what takes the gradient of the affine field
+/// around it (below), which no node without mass has a part in.
+struct Stencil {
+    std::size_t count = 0;
+    std::array<std::int32_t, 9> node = {};
+    std::array<double, 9> value = {}, slope_x = {}, slope_y = {};
 };
 
 /// Takes one dense matrix, row by row, over nodes with these active numbers. Calls on several threads at once have no node in
@@ -111,6 +126,10 @@ public:
     virtual void stiffness_blocks(const AddBlock& add) const = 0;
     /// The same for the consistent mass matrix, whose rows and columns are nodes.
     virtual void consistent_mass_blocks(const Particles& particles, const AddBlock& add) const = 0;
+    [[nodiscard]] virtual Stencil stencil(std::size_t p) const = 0; ///< of the particle at this place in the arrays
+    /// Of the particles on the surface of each rigid body, as the last step's method weighs its beginning and end [N, a metre of
+    /// thickness or a radian]; none where no body has a surface.
+    [[nodiscard]] virtual std::span<const std::array<double, 2>> surface_forces() const { return {}; }
     /// How far apart, each way, nodes that a particle sees can be: 1 or 2.
     [[nodiscard]] virtual int reach() const = 0;
 

@@ -55,8 +55,12 @@ StepEnergies ExplicitStep::advance(State& state, double dt, double end) {
     state.time = end;
     ++state.step;
 
-    StepEnergies energies{
-        .dissipated = sums.dissipated, .of_method = sums.of_lag - sums.of_increments, .of_change = sums.of_increments};
+    StepEnergies energies{.dissipated = sums.dissipated,
+                          .of_method = sums.of_lag - sums.of_increments,
+                          .of_change = sums.of_increments,
+                          .surface_work = sums.surface_work,
+                          .friction = sums.friction,
+                          .in_contact = sums.in_contact};
     for (std::size_t c = 0; d.moves() && c < size; ++c)
         energies.of_method -= dt * (force_[c] - (scene_.body_force ? external_[c] : 0.0)) * straining[c];
     if (scene_.affine) {

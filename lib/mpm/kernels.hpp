@@ -207,6 +207,19 @@ public:
         });
     }
 
+    [[nodiscard]] Stencil stencil(std::size_t p) const override {
+        const Weights n = affine_field(transfer_.first_node(p), at(p));
+        Stencil s{.count = seen};
+        for (int k = 0; k < seen; ++k) {
+            const auto i = static_cast<std::size_t>(k);
+            s.node[i] = transfer_.active_number(transfer_.first_node(p), k);
+            s.value[i] = n.value(k);
+            s.slope_x[i] = n.x.dw[k % support] * n.y.w[k / support];
+            s.slope_y[i] = n.x.w[k % support] * n.y.dw[k / support];
+        }
+        return s;
+    }
+
     [[nodiscard]] int reach() const override { return support - 1; }
 
     [[nodiscard]] Forecast forecast(const Particles& particles, const NodalMotion& m) const override {
@@ -359,8 +372,7 @@ private:
     /// Affine transfers: the particle takes the field of the nodes around it. Returns by how much its kinetic energy grows.
     double take_field(Particles& particles, std::size_t p, const Run& run, const Weights& n, const Local& last,
                       const Local& moved, double dt) const {
-        const Weights field{least_squares(n.x, transfer_.offsets_x(run, n.x)), least_squares(n.y, transfer_.offsets_y(run, n.y)),
-                            n.inverse_radius};
+        const Weights field = affine_field(run.first, n);
         const VelocityGradient c = gradient(last, field);
         const Deformation affine =
             over({c.xx, c.xy, c.yx, c.yy, 0.0}, deformation<Geometry::plane_strain>(gradient(moved, field), dt));
@@ -509,6 +521,12 @@ private:
             for (int c = 0; c < MovedTangent::size; ++c)
                 moved.entry[r][c] = t.entry[row_of[r]][c];
         return moved;
+    }
+
+    /// Those whose gradient is that of the affine field around a particle.
+    [[gnu::DUCTILE_ALWAYS_INLINE]] Weights affine_field(std::int32_t first, const Weights& n) const {
+        return {least_squares(n.x, transfer_.offsets_x(first, n.x)), least_squares(n.y, transfer_.offsets_y(first, n.y)),
+                n.inverse_radius};
     }
 
     [[gnu::DUCTILE_ALWAYS_INLINE]] Weights at(std::size_t p) const {

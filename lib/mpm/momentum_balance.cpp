@@ -157,7 +157,11 @@ NodalMotion MomentumBalance::motion(std::span<const double> u) {
 
 StepEnergies MomentumBalance::advance(const NodalMotion& motion, Particles& particles) {
     const ParticleEnergies sums = discretisation_->advance(particles, motion);
-    StepEnergies energies{.dissipated = sums.dissipated, .of_method = sums.of_lag};
+    StepEnergies energies{.dissipated = sums.dissipated,
+                          .of_method = sums.of_lag,
+                          .surface_work = sums.surface_work,
+                          .friction = sums.friction,
+                          .in_contact = sums.in_contact};
     const ActiveNodes& n = nodes();
     for (std::size_t c = 0; discretisation_->moves() && c < size(); ++c) {
         const double body = scene_.body_force ? dt_ * body_force_[c] : 0.0;

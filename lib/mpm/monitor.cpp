@@ -27,7 +27,7 @@ double volume_of(const Particles& particles) {
     return sum;
 }
 
-constexpr double doubtful_energy = 0.01, doubtful_phase = 0.1, doubtful_travel = 0.5;
+constexpr double doubtful_energy = 0.01, doubtful_phase = 0.1, doubtful_travel = 0.5, doubtful_depth = 0.05;
 
 /// Whether a ledger does not close because of the steps rather than the law.
 bool of_steps(const Ledger& e) { return std::abs(e.of_law()) <= std::abs(e.of_method); }
@@ -129,6 +129,8 @@ Ledger Monitor::ledger(const Observation& seen, const Tally& tally) const {
             .body_work = work[1],
             .work_magnitude = work[2],
             .dissipated = lost[0],
+            .friction = lost[2],
+            .in_contact = lost[3],
             .of_method = lost[1],
             .round_off = 1e-24 * largest_young_modulus(scene_) * volume_of(seen.state.particles)};
 }
@@ -142,9 +144,14 @@ void Monitor::watch_work(const Observation& seen, Tally& tally) const {
     add(1, seen.energies.body_work);
     lost[0] += seen.energies.dissipated;
     lost[1] += seen.energies.of_method;
+    lost[2] += seen.energies.friction;
+    lost[3] += seen.energies.in_contact;
+    add(0, seen.energies.surface_work);
     const State& state = seen.state;
     const std::vector<double>& contacts = tally.at("contacts_N");
     for (std::size_t b = 0; b < seen.contact_forces.size(); ++b) {
+        if (state.rigid_bodies[b].surface)
+            continue;
         const auto& force = seen.contact_forces[b];
         const Velocity mean = state.rigid_bodies[b].velocity.mean(state.time - seen.dt, state.time);
         const double by_last = -seen.dt * (force[0] * mean.u + force[1] * mean.v);
@@ -164,6 +171,8 @@ void Monitor::watch_contact(const Observation& seen, Tally& tally) const {
     std::vector<double>& contacts = tally["contacts_N"];
     for (std::size_t b = 0; b < seen.contact_forces.size(); ++b) {
         const RigidBody& body = seen.state.rigid_bodies[b];
+        if (body.surface) // they never pull
+            continue;
         const auto& force = seen.contact_forces[b];
         double &fx = contacts[4 * b], &fy = contacts[4 * b + 1], &largest = contacts[4 * b + 2], &lost = contacts[4 * b + 3];
         if (force[0] == 0.0 && force[1] == 0.0 && (fx != 0.0 || fy != 0.0)) {
@@ -187,8 +196,9 @@ void Monitor::observe(const Observation& seen, double smallest_determinant, Tall
         const Connectivity c = connectivity_of(scene_.grid, state.particles);
         const Energies energies = energies_of(scene_, state.particles);
         tally["energy_at_start_J"] = {(options_.inertia ? energies.kinetic : 0.0) + energies.strain};
-        tally["work_J"] = {0.0, 0.0, 0.0}; // of rigid bodies, of body forces, and the sum of magnitudes
-        tally["lost_J"] = {0.0, 0.0};      // by plastic flow, and by the method
+        tally["work_J"] = {0.0, 0.0, 0.0};      // of rigid bodies, of body forces, and the sum of magnitudes
+        tally["lost_J"] = {0.0, 0.0, 0.0, 0.0}; // by plastic flow, by the method, by friction, and to contacts
+        tally["deepest_contact_cells"] = {0.0};
         tally["velocity_changes"] = {0.0}; // see phase_error()
         tally["stress_oscillation"] = stress_oscillation::begin(state.time, mean_stress(state.particles));
         tally["contacts_N"].assign(4 * state.rigid_bodies.size(),
@@ -207,6 +217,9 @@ void Monitor::observe(const Observation& seen, double smallest_determinant, Tall
     smallest = std::min(smallest, smallest_determinant);
     if (state.step % options_.every != 0)
         return;
+    double& deepest = tally["deepest_contact_cells"].front();
+    deepest =
+        std::max(deepest, deepest_contact(state.particles, state.rigid_bodies, state.time) / scene_.grid.smallest_spacing());
     if (options_.inertia)
         stress_oscillation::look(tally.at("stress_oscillation"), state.time, mean_stress(state.particles), options_.every);
     const Connectivity c = connectivity_of(scene_.grid, state.particles);
@@ -226,6 +239,11 @@ void Monitor::conclude(const Observation& seen, const Tally& tally, const Partic
     summary.extra["plastic_dissipation_J"] = energies.dissipated;
     summary.extra["numerical_dissipation_J"] = energies.of_method;
     summary.extra["energy_error_of_work"] = energies.relative_error();
+    if (scene_.surface_contact) {
+        summary.extra["friction_dissipation_J"] = energies.friction;
+        summary.extra["contact_energy_J"] = energies.in_contact;
+        summary.extra["deepest_contact_cells"] = tally.at("deepest_contact_cells")[0];
+    }
     const bool open = is_open(energies);
     if (open)
         warn(describe_error(energies, options_.inertia));
@@ -254,6 +272,10 @@ void Monitor::conclude(const Observation& seen, const Tally& tally, const Partic
             "a rigid body went {:.2g} cells in one step while it acted: by so much of a cell it takes hold of particles "
             "too early or too late; take steps {:.2g} times as long",
             travel, 0.2 * doubtful_travel / travel));
+    if (const double deepest = tally.at("deepest_contact_cells")[0]; deepest > doubtful_depth)
+        warn(fmt::format("a surface lay {:.2g} cells within a rigid body: contact is as stiff as a layer of particles, and the "
+                         "pressure there is a large part of the material's stiffness; take smaller cells if that way matters",
+                         deepest));
     const std::vector<double>&pieces = tally.at("pieces"), &holes = tally.at("holes");
     if (pieces[1] > pieces[0] || holes[1] > holes[0])
         warn(fmt::format("particles have moved so far apart that cells between them are empty: the bodies, in {:g} piece{} and "

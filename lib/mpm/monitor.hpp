@@ -24,12 +24,15 @@ struct Ledger {
     double kinetic = 0.0, elastic = 0.0;
     Energies of_particles = {}; ///< the same, and more, with or without inertia
     double rigid_work = 0.0, body_work = 0.0;
-    double work_magnitude = 0.0; ///< the sum of magnitudes over all steps
-    double dissipated = 0.0;     ///< by plastic flow
-    double of_method = 0.0;      ///< taken away by the method
-    double round_off = 0.0;      ///< an energy that is nothing: of a stress of 1e-12 E everywhere
+    double work_magnitude = 0.0;             ///< the sum of magnitudes over all steps
+    double dissipated = 0.0;                 ///< by plastic flow
+    double friction = 0.0, in_contact = 0.0; ///< dissipated by slipping over surfaces; stored in contacts
+    double of_method = 0.0;                  ///< taken away by the method
+    double round_off = 0.0;                  ///< an energy that is nothing: of a stress of 1e-12 E everywhere
 
-    [[nodiscard]] double error() const { return kinetic + elastic + dissipated - at_start - rigid_work - body_work; }
+    [[nodiscard]] double error() const {
+        return kinetic + elastic + in_contact + dissipated + friction - at_start - rigid_work - body_work;
+    }
     [[nodiscard]] double of_law() const { return error() + of_method; } ///< what the law in rate form adds
     /// Of the energy at the start, or the work if that is more.
     [[nodiscard]] double relative(double energy) const {
@@ -45,6 +48,7 @@ struct Ledger {
 /// - the smallest determinant of a step's deformation: below 0.3 one step strains a particle by more than it can be accurate for;
 /// - the longest way that a rigid body goes in a step in which it acts, in cells: beyond half of one the steps, and not the
 ///   motion, decide which nodes it holds;
+/// - the deepest that a surface point lies within a rigid body, beyond a twentieth of a cell;
 /// - connectivity_of(): a body that comes apart or gets holes, counted against the start;
 /// - a rigid body that lets go of particles it pulled: F_b pointed from it to them, and from one step to the next no node is
 ///   shared. A gap that opens under a pull is one of cells without particles; one that opens under pressure, as in a rebound, or

@@ -272,12 +272,13 @@ std::vector<std::string> resolution_warnings(const Scene& scene, const Particles
                 fmt::format("there are {:.3g} particles a cell: B-splines then have motions of nodes that no particle feels, and "
                             "stresses may mean nothing; take 2 x 2 a cell, or --shape gimp",
                             mean));
-        if (!rigid_bodies.empty())
+        const auto holding = std::ranges::find_if(rigid_bodies, [](const RigidBody& body) { return !body.surface; });
+        if (holding != rigid_bodies.end())
             found.push_back(
                 fmt::format("with B-splines a rigid body ('{}') holds nodes half a cell beyond its surface: it acts that "
                             "much early, and stresses in the row of cells beside it are off by up to their own size, on "
                             "any mesh; take --shape gimp if they matter",
-                            rigid_bodies.front().name));
+                            holding->name));
         return found;
     }
     if (scene.geometry == Geometry::plane_stress || mean < 1.5)

@@ -15,6 +15,24 @@
 
 namespace ductile::mpm {
 
+/// Points on the edges of bodies, which touch the surfaces of rigid ones (SurfaceContact). Each goes with the velocity field
+/// around the particle that carries it.
+struct SurfacePoints {
+    aligned_vector<std::int64_t> particle;    ///< its number, Particles::id
+    aligned_vector<double> x, y;              ///< from the particle [m]
+    aligned_vector<double> stiffness;         ///< of the contact [N/m, a metre of thickness or a radian]
+    std::vector<aligned_vector<double>> held; ///< [b]: tangential force by the rigid body b [N, likewise], along its surface
+                                              ///< with what is outside on the right
+
+    [[nodiscard]] std::size_t size() const { return particle.size(); }
+    /// Room for the forces of this rigid body, which rubs; they are zero.
+    void provide_friction(std::size_t body) {
+        if (held.size() <= body)
+            held.resize(body + 1);
+        held[body].assign(size(), 0.0);
+    }
+};
+
 /// All deformable material points of a scene, one array a quantity, in SI. In an axisymmetric scene x is the radius, y the axis,
 /// stress_zz the hoop stress, and mass the mass of one radian.
 struct Particles {
@@ -30,6 +48,7 @@ struct Particles {
     aligned_vector<std::int64_t> material;          ///< number of its law in the scene
     aligned_vector<std::int64_t> body;              ///< number of the body it was added with
     aligned_vector<std::int64_t> id;                ///< number at the start: sorting keeps it
+    SurfacePoints surface;                          ///< where some rigid bodies have surfaces, else none
 
     [[nodiscard]] std::size_t size() const { return x.size(); }
     void resize(std::size_t count);

@@ -30,7 +30,8 @@ std::vector<std::array<double, 2>> contact_forces_at_start(const Problem& proble
         force[c] += external[c];
     std::vector<std::array<double, 2>> forces;
     for (std::size_t b = 0; b < problem.start.rigid_bodies.size(); ++b)
-        forces.push_back(contact_force(discretisation->nodes(), force, static_cast<std::int32_t>(b)));
+        forces.push_back(
+            contact_force(discretisation->nodes(), force, static_cast<std::int32_t>(b))); // surfaces touch nothing yet
     return forces;
 }
 
@@ -248,8 +249,11 @@ private:
     /// Of the step that the stepper has just made.
     void find_contact_forces(LastStep& last) {
         const std::span<const double> force = stepper_.force();
+        const Discretisation& discretisation = stepper_.discretisation();
         for (std::size_t b = 0; b < last.contact_forces.size(); ++b)
-            last.contact_forces[b] = contact_force(stepper_.discretisation().nodes(), force, static_cast<std::int32_t>(b));
+            last.contact_forces[b] = state_.rigid_bodies[b].surface
+                                         ? discretisation.surface_forces()[b]
+                                         : contact_force(discretisation.nodes(), force, static_cast<std::int32_t>(b));
     }
 
     /// A time that is before the end of `step_`, as io::OutputTimes tells times apart.

@@ -10,8 +10,9 @@
 namespace ductile::mpm {
 
 bool is_linear(const Scene& scene) {
-    return !scene.finite_rotation && std::all_of(scene.materials.begin(), scene.materials.end(),
-                                                 [](const Material& material) { return material.law->linear(); });
+    return !scene.finite_rotation && !scene.surface_contact &&
+           std::all_of(scene.materials.begin(), scene.materials.end(),
+                       [](const Material& material) { return material.law->linear(); });
 }
 
 bool has_finite_strain(const Scene& scene) {
@@ -134,6 +135,45 @@ void check_rigid_body(const RigidBody& body, const Grid& g) {
                                          p, body.name, body.x[p], body.y[p]));
 }
 
+void check_surface(const RigidBody& body, const Scene& scene) {
+    if (!scene.surface_contact)
+        throw InputError(fmt::format("the rigid body '{}' has a surface: set Scene::surface_contact", body.name));
+    if (scene.grid.periodic())
+        throw InputError(
+            fmt::format("the rigid body '{}' has a surface, and the grid is periodic, where surfaces are not followed "
+                        "from one side to the other: let it hold nodes, or take other sides",
+                        body.name));
+    if (!(body.friction >= 0.0 && std::isfinite(body.friction)))
+        throw InputError(fmt::format("the rigid body '{}' has the friction {}: it must be zero or positive, and finite",
+                                     body.name, body.friction));
+    if (scene.geometry == Geometry::axisymmetric && !(body.spin.is_constant() && body.spin.after(0.0) == 0.0))
+        throw InputError(
+            fmt::format("the rigid body '{}' spins in the plane of an axisymmetric scene, which it cannot", body.name));
+}
+
+void check_surface(const SurfacePoints& surface, std::span<const RigidBody> rigid_bodies, std::size_t particles) {
+    const std::size_t count = surface.size();
+    if (surface.x.size() != count || surface.y.size() != count || surface.stiffness.size() != count)
+        throw InputError("the arrays of surface points differ in length");
+    for (std::size_t c = 0; c < count; ++c) {
+        if (surface.particle[c] < 0 || surface.particle[c] >= static_cast<std::int64_t>(particles))
+            throw InputError(
+                fmt::format("surface point {} goes with the particle {}, which is not there", c, surface.particle[c]));
+        if (!std::isfinite(surface.x[c]) || !std::isfinite(surface.y[c]) ||
+            !(surface.stiffness[c] > 0.0 && std::isfinite(surface.stiffness[c])))
+            throw InputError(
+                fmt::format("surface point {} has the offset ({}, {}) m and the stiffness {} N/m: they must be finite, "
+                            "and the stiffness positive",
+                            c, surface.x[c], surface.y[c], surface.stiffness[c]));
+    }
+    for (std::size_t b = 0; b < rigid_bodies.size(); ++b)
+        if (rigid_bodies[b].surface && rigid_bodies[b].friction > 0.0 &&
+            (b >= surface.held.size() || surface.held[b].size() != count))
+            throw InputError(fmt::format("the surface points have no room for the friction of the rigid body '{}': use "
+                                         "SurfacePoints::provide_friction()",
+                                         rigid_bodies[b].name));
+}
+
 } // namespace
 
 void check_internal(const Scene& scene, const Particles& particles) {
@@ -188,8 +228,17 @@ void check(const Scene& scene, const Particles& particles, std::span<const Rigid
                                          particles.id[p], 2.0 * particles.half_width[p], 2.0 * particles.half_height[p]));
     }
     check_numbers(scene, particles);
-    for (const RigidBody& body : rigid_bodies)
+    for (const RigidBody& body : rigid_bodies) {
         check_rigid_body(body, scene.grid);
+        if (body.surface)
+            check_surface(body, scene);
+    }
+    check_surface(particles.surface, rigid_bodies, particles.size());
+    if (const double deepest = deepest_contact(particles, rigid_bodies, time) / scene.grid.smallest_spacing();
+        time == 0.0 && deepest > 1e-6)
+        throw InputError(fmt::format("a body lies {:.3g} cells within the surface of a rigid body at the start: bodies may touch "
+                                     "there, and not overlap",
+                                     deepest));
     if (scene.body_force)
         for (std::size_t p = 0; p < particles.size(); ++p) {
             const auto b = scene.body_force(particles.id[p], particles.x[p], particles.y[p], time);

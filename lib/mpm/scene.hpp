@@ -36,6 +36,8 @@ struct Scene {
     BodyForce body_force = {}; ///< none if empty
     /// Affine transfers, see Discretisation. Otherwise those of the paper.
     bool affine = false;
+    /// Whether rigid bodies may have surfaces, which the surface points of the particles touch.
+    bool surface_contact = false;
 };
 
 /// Whether the stress depends linearly on the velocity, for any state: one linear solve is an implicit step.

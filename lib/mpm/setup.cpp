@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <numbers>
+#include <numeric>
 
 namespace ductile::mpm {
 
@@ -122,6 +123,29 @@ void declare(io::Keys& keys, Setup::Rigid& body) {
                 knots.push_back({row[0], {row[1], row[2]}});
             body.velocity = History<Velocity>(std::move(knots));
         });
+    keys.choice(
+        "contact", body.contact,
+        {{"nodes", Setup::Contact::nodes, "it holds the nodes that its points touch, from up to two cells away, and pulls"},
+         {"surface", Setup::Contact::surface,
+          "bodies touch its surface and slide on it; its shape is a rectangle, a disk or a polygon"}},
+        optional("how it acts on bodies"));
+    keys.option("friction", body.friction, optional("Coulomb's coefficient on its surface", "1", io::not_negative));
+    keys.toml(
+        "spin", optional("angular velocity in the course of time, of one with a surface: linear from knot to knot", "s, 1/s"),
+        "[[time, angular velocity], ...]",
+        [&body] {
+            std::string rows;
+            for (const auto& [time, spin] : body.spin.knots())
+                rows += (rows.empty() ? "" : ", ") + io::toml_array({time, spin});
+            return body.spin.is_constant() && body.spin.after(0.0) == 0.0 ? std::string() : fmt::format("[{}]", rows);
+        },
+        [&body](const std::string& toml) {
+            std::vector<History<double>::Knot> knots;
+            for (const std::vector<double>& row : read_rows(value_of(toml), {2}))
+                knots.push_back({row[0], row[1]});
+            body.spin = History<double>(std::move(knots));
+        });
+    declare_numbers(keys, "centre", body.centre, 2, optional("that it turns about; default: the middle of its points", "m"));
     keys.toml(
         "holds", optional("components of the velocity of nodes that it prescribes; [\"x\", \"y\"] sticks"),
         "a list of \"x\" and \"y\"",
@@ -247,6 +271,41 @@ void add(Problem& problem, const Setup& setup, const Setup::Deformable& body, co
                 body.axial_mode[0] * std::sin(0.5 * std::numbers::pi * particles.x[p] / body.axial_mode[1]);
 }
 
+void give_surface(RigidBody& body, const Setup::Rigid& rigid) {
+    const std::vector<Outline>& outlines = rigid.shape.outlines();
+    if (outlines.size() != 1)
+        throw InputError(fmt::format("the rigid body '{}' has a surface, and its shape is made of several: take a rectangle, a "
+                                     "disk or a polygon, and a rigid body for each",
+                                     rigid.name));
+    body.surface = outlines.front();
+    body.friction = rigid.friction;
+    body.spin = rigid.spin;
+    const auto middle = [](const std::vector<double>& places) {
+        return std::accumulate(places.begin(), places.end(), 0.0) / static_cast<double>(places.size());
+    };
+    body.centre =
+        rigid.centre.empty() ? std::array{middle(body.x), middle(body.y)} : std::array{rigid.centre[0], rigid.centre[1]};
+}
+
+/// To all bodies, once they have their particles.
+void add_surfaces(Problem& problem, const Setup& setup, Method method) {
+    // of a layer of particles: explicit steps bear one of the material; at ten Newton's iterations are as many, at a hundred
+    // twice
+    const double stiffness = method == Method::explicit_steps ? 1.0 : 10.0;
+    Particles& particles = problem.start.particles;
+    for (std::size_t first = 0, last = 0; first < particles.size(); first = last) {
+        const std::int64_t number = particles.body[first];
+        while (last < particles.size() && particles.body[last] == number)
+            ++last;
+        const auto& law = problem.scene.materials[static_cast<std::size_t>(particles.material[first])].law;
+        add_surface(particles, first, last, setup.bodies[static_cast<std::size_t>(number)].shape,
+                    stiffness * law->elasticity().alpha(), problem.scene);
+    }
+    for (std::size_t b = 0; b < problem.start.rigid_bodies.size(); ++b)
+        if (problem.start.rigid_bodies[b].friction > 0.0)
+            particles.surface.provide_friction(b);
+}
+
 } // namespace
 
 void visit(io::Tables& tables, Setup& setup) {
@@ -311,8 +370,17 @@ Problem make_problem(const Setup& setup, const Options& options) {
         body.velocity = rigid.velocity;
         body.holds_x = rigid.holds_x;
         body.holds_y = rigid.holds_y;
+        if (rigid.contact == Setup::Contact::surface)
+            give_surface(body, rigid);
+        else if (rigid.friction != 0.0 || !rigid.centre.empty() || rigid.spin != History<double>())
+            throw InputError(fmt::format("the rigid body '{}' holds nodes, and has a friction, a spin or a centre: these are of "
+                                         "one with contact = \"surface\"",
+                                         rigid.name));
+        problem.scene.surface_contact = problem.scene.surface_contact || body.surface.has_value();
         problem.start.rigid_bodies.push_back(std::move(body));
     }
+    if (problem.scene.surface_contact)
+        add_surfaces(problem, setup, options.method);
     if (const std::array b{setup.acceleration.at(0), setup.acceleration.at(1)}; b[0] != 0.0 || b[1] != 0.0)
         problem.scene.body_force = [b](std::int64_t, double, double, double) { return b; };
     for (const Setup::Measure& measure : setup.observables)

@@ -33,6 +33,7 @@ struct Setup {
         int particles_per_side = 0;          ///< of a cell; 0: --particles-per-side
         std::string internal = "auto";       ///< internal variable at the start; auto: that of the law
     };
+    enum class Contact { nodes, surface };
     /// [[rigid-bodies]]
     struct Rigid {
         std::string name = "rigid";
@@ -40,6 +41,10 @@ struct Setup {
         History<Velocity> velocity = {};
         bool holds_x = true, holds_y = true;
         int particles_per_side = 0;
+        Contact contact = Contact::nodes;
+        double friction = 0.0;           ///< on a surface
+        History<double> spin = {};       ///< of a surface
+        std::vector<double> centre = {}; ///< that it turns about; empty: the middle of its points
     };
     enum class Take { mean, smallest, largest, sum };
     /// [[observables]]: a column of history.csv, and final_<name> in the summary: factor * quantity + offset.

@@ -19,6 +19,15 @@ struct State {
 /// To where they are a step of dt seconds from state.time on.
 inline void move_rigid_bodies(State& state, double dt) {
     for (RigidBody& body : state.rigid_bodies) {
+        if (body.surface) {
+            const Pose begin = pose_of(body, state.time), end = pose_of(body, state.time + dt);
+            for (std::size_t p = 0; p < body.x.size(); ++p) {
+                const auto place = end.place(body, begin.at_start(body, {body.x[p], body.y[p]}));
+                body.x[p] = place[0];
+                body.y[p] = place[1];
+            }
+            continue;
+        }
         const Velocity mean = body.velocity.mean(state.time, state.time + dt);
         for (double& x : body.x)
             x += dt * mean.u;

@@ -79,6 +79,8 @@ StepControl::Step StepControl::by_rigid_bodies(const State& state) const {
     const auto worth = [limit](double interval) { return interval > 8.0 * limit || interval < 2.0 * limit; };
     double earliest = 1.02 * limit; // a little longer than planned rather than a remainder too small to be worth a step
     for (std::size_t b = 0; b < state.rigid_bodies.size(); ++b) {
+        if (state.rigid_bodies[b].surface) // which is found within a step
+            continue;
         const bool touching = b < plan_.touching.size() && plan_.touching[b] != 0;
         const NewNodes nodes = time_to_new_nodes(state.rigid_bodies[b], now, options_.grid,
                                                  options_.boxes ? state.rigid_bodies[b].half_width : 0.0, options_.landing);
@@ -94,7 +96,7 @@ StepControl::Step StepControl::next(const State& state, double end) const {
     Step step = by_rigid_bodies(state);
     double knot = infinity;
     for (const RigidBody& body : state.rigid_bodies)
-        knot = std::min(knot, body.velocity.next_knot(state.time + sliver()));
+        knot = std::min({knot, body.velocity.next_knot(state.time + sliver()), body.spin.next_knot(state.time + sliver())});
     const bool lands = !(knot < end - sliver());
     const double goal = lands ? end : knot, left = goal - state.time;
     step.end = state.time + step.dt;

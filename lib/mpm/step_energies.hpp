@@ -21,13 +21,19 @@ namespace ductile::mpm {
 /// Affine transfers let the particles' velocities, and with them K, jump to the nodes' (Discretisation): the same balance with
 /// R = -dt sum over held nodes of (F + add_held_force()) . w is N = sum w . M (v^L - v) - dK + L, v what the particles map to.
 ///
+/// Rigid bodies with surfaces hold no nodes: SurfaceContact says what their work W is, and what of it friction D takes and
+/// contacts keep, P: dK + dU + dP + D = R + W + B - N.
+///
 /// U is not a function of the stress: the elastic energy sum V sigma : C^-1 : sigma/2 and what plastic flow dissipates differ
 /// from it by what Jaumann's rate makes of a change of volume, -(elastic energy) per volume and volume change.
 struct StepEnergies {
-    double body_work = 0.0;  ///< B
-    double dissipated = 0.0; ///< by plastic flow: stress in the middle of the step times plastic strain
-    double of_method = 0.0;  ///< N
-    double of_change = 0.0;  ///< dv . M_c dv/2: how much of a motion the step has changed; without inertia none
+    double body_work = 0.0;    ///< B
+    double dissipated = 0.0;   ///< by plastic flow: stress in the middle of the step times plastic strain
+    double of_method = 0.0;    ///< N
+    double of_change = 0.0;    ///< dv . M_c dv/2: how much of a motion the step has changed; without inertia none
+    double surface_work = 0.0; ///< of rigid bodies by their surfaces, instead of R
+    double friction = 0.0;     ///< dissipated by slipping over them
+    double in_contact = 0.0;   ///< growth of the energy stored in contacts
 };
 
 } // namespace ductile::mpm

@@ -227,21 +227,26 @@ template <class Shape> void Transfer<Shape>::number_nodes() {
     touched_ = reached_;
 }
 
+template <class Shape> std::int32_t Transfer<Shape>::active_number(std::int32_t first, int k) const {
+    const auto number = [&](int node) { return number_[first + node / support * nodes_x_ + node % support]; };
+    if (number(k) >= 0)
+        return number(k);
+    std::int32_t found = -1;
+    int nearest = 2 * support;
+    for (int other = 0; other < seen; ++other) {
+        const int distance = std::abs(other % support - k % support) + std::abs(other / support - k / support);
+        if (number(other) >= 0 && distance < nearest) {
+            nearest = distance;
+            found = number(other);
+        }
+    }
+    return found;
+}
+
 template <class Shape> void Transfer<Shape>::number_runs(const Particles& particles) {
     for (Run& run : runs_)
         for (int k = 0; k < seen; ++k) {
-            const auto number = [&](int node) { return number_[run.first + node / support * nodes_x_ + node % support]; };
-            run.node[k] = number(k);
-            if (run.node[k] >= 0)
-                continue;
-            int nearest = 2 * support;
-            for (int other = 0; other < seen; ++other) {
-                const int distance = std::abs(other % support - k % support) + std::abs(other / support - k / support);
-                if (number(other) >= 0 && distance < nearest) {
-                    nearest = distance;
-                    run.node[k] = number(other);
-                }
-            }
+            run.node[k] = active_number(run.first, k);
             if (run.node[k] < 0) {
                 const auto p = static_cast<std::size_t>(run.begin);
                 throw RunError(
@@ -286,7 +291,7 @@ template <class Shape> void Transfer<Shape>::add_affine(const Particles& particl
         double sum_x[seen] = {}, sum_y[seen] = {};
         for (auto p = static_cast<std::size_t>(run.begin); p < static_cast<std::size_t>(run.end); ++p) {
             const Factors<support> fx = factors_x(p), fy = factors_y(p);
-            const auto ox = offsets_x(run, fx), oy = offsets_y(run, fy);
+            const auto ox = offsets_x(run.first, fx), oy = offsets_y(run.first, fy);
             for (int j = 0; j < support; ++j)
                 for (int i = 0; i < support; ++i) {
                     const double mass = particles.mass[p] * fx.w[i] * fy.w[j];
@@ -337,6 +342,8 @@ void Transfer<Shape>::prescribe(std::span<const RigidBody> rigid_bodies, double 
     touched_by_.assign(nodes_.count(), -1);
     for (std::size_t b = 0; b < rigid_bodies.size(); ++b) {
         const RigidBody& body = rigid_bodies[b];
+        if (body.surface)
+            continue;
         const Velocity velocity = body.velocity.mean(time, time + dt);
         const auto number_of_body = static_cast<std::int32_t>(b);
         for (std::size_t p = 0; p < body.x.size(); ++p) {

@@ -47,6 +47,10 @@ public:
     void prepare(Particles& particles, std::span<const RigidBody> rigid_bodies, double time, double dt);
 
     [[nodiscard]] const ActiveNodes& nodes() const { return nodes_; }
+    /// The active number of the k-th node seen from the lattice place `first`, or of the nearest that stands in for it; -1 if
+    /// none can.
+    [[nodiscard]] std::int32_t active_number(std::int32_t first, int k) const;
+    [[nodiscard]] std::int32_t first_node(std::size_t p) const { return first_[p]; } ///< lattice place
     /// Calls `visit(runs)` for all stripes of runs, on several threads. Stripes are some rows of nodes high: what runs of one and
     /// of the next but one add to nodes does not meet, and a sum over runs has the same bits on any number of threads.
     void for_each_stripe(const auto& visit) const {
@@ -93,15 +97,15 @@ public:
     [[gnu::DUCTILE_ALWAYS_INLINE]] Factors<support> factors_y(std::size_t p) const {
         return Shape::expand(&weights_[2 * Shape::stored * p + Shape::stored], inverse_dy_);
     }
-    /// Places of the nodes that a particle of a run sees, from it [m].
-    [[gnu::DUCTILE_ALWAYS_INLINE]] auto offsets_x(const Run& run, const Factors<support>& f) const {
-        auto spacing = Shape::spacing(run.first % nodes_x_, line_x_);
+    /// Places of the nodes that a particle sees, of which the first is at this place of the lattice, from it [m].
+    [[gnu::DUCTILE_ALWAYS_INLINE]] auto offsets_x(std::int32_t first, const Factors<support>& f) const {
+        auto spacing = Shape::spacing(first % nodes_x_, line_x_);
         for (double& s : spacing)
             s *= grid_.dx();
         return offsets(f, spacing);
     }
-    [[gnu::DUCTILE_ALWAYS_INLINE]] auto offsets_y(const Run& run, const Factors<support>& f) const {
-        auto spacing = Shape::spacing(run.first / nodes_x_, line_y_);
+    [[gnu::DUCTILE_ALWAYS_INLINE]] auto offsets_y(std::int32_t first, const Factors<support>& f) const {
+        auto spacing = Shape::spacing(first / nodes_x_, line_y_);
         for (double& s : spacing)
             s *= grid_.dy();
         return offsets(f, spacing);

@@ -92,6 +92,7 @@ public:
         return next == knots_.end() ? std::numeric_limits<double>::infinity() : next->time;
     }
 
+    bool operator==(const History&) const = default;
     [[nodiscard]] const std::vector<Knot>& knots() const { return knots_; }
     [[nodiscard]] bool is_constant() const { return knots_.size() == 1; }
     /// The largest of a measure of the value at the knots from `time` on, and there.

@@ -22,13 +22,15 @@ Box hull(const Box& a, const Box& b) {
 Shape rectangle(double left, double bottom, double right, double top) {
     return {[=](double x, double y) { return x > left && x < right && y > bottom && y < top; },
             fmt::format("{{rectangle = {}}}", io::toml_array({left, bottom, right, top})),
-            {left, bottom, right, top}};
+            {left, bottom, right, top},
+            {{.corners = {{left, bottom}, {right, bottom}, {right, top}, {left, top}}}}};
 }
 
 Shape disk(double centre_x, double centre_y, double radius) {
     return {[=](double x, double y) { return std::hypot(x - centre_x, y - centre_y) < radius; },
             fmt::format("{{disk = {}}}", io::toml_array({centre_x, centre_y, radius})),
-            {centre_x - radius, centre_y - radius, centre_x + radius, centre_y + radius}};
+            {centre_x - radius, centre_y - radius, centre_x + radius, centre_y + radius},
+            {{.centre = {centre_x, centre_y}, .radius = radius}}};
 }
 
 Shape polygon(std::vector<std::array<double, 2>> corners) {
@@ -38,7 +40,7 @@ Shape polygon(std::vector<std::array<double, 2>> corners) {
         text += (text.empty() ? "" : ", ") + io::toml_array({x, y});
         box = hull(box, {x, y, x, y});
     }
-    const auto inside = [corners = std::move(corners)](double x, double y) {
+    const auto inside = [corners](double x, double y) {
         bool odd = false;
         for (std::size_t k = 0; k < corners.size(); ++k) {
             const auto& [ax, ay] = corners[k];
@@ -48,7 +50,7 @@ Shape polygon(std::vector<std::array<double, 2>> corners) {
         }
         return odd;
     };
-    return {inside, fmt::format("{{polygon = [{}]}}", text), box};
+    return {inside, fmt::format("{{polygon = [{}]}}", text), box, {{.corners = std::move(corners)}}};
 }
 
 namespace {
@@ -64,28 +66,37 @@ std::string joined(const char* how, const std::vector<Shape>& shapes) {
     return fmt::format("{{{} = [{}]}}", how, text);
 }
 
+std::vector<Outline> outlines_of(const std::vector<Shape>& shapes) {
+    std::vector<Outline> all;
+    for (const Shape& shape : shapes)
+        all.insert(all.end(), shape.outlines().begin(), shape.outlines().end());
+    return all;
+}
+
 // of any number of shapes at once: calls within calls would go as deep
 
 Shape union_of(std::vector<Shape> shapes) {
     std::string text = joined("union", shapes);
+    std::vector<Outline> outlines = outlines_of(shapes);
     Box box = shapes.front().box();
     for (const Shape& shape : shapes)
         box = hull(box, shape.box());
     return {[shapes = std::move(shapes)](double x, double y) {
                 return std::ranges::any_of(shapes, [&](const Shape& shape) { return shape(x, y); });
             },
-            std::move(text), box};
+            std::move(text), box, std::move(outlines)};
 }
 
 /// The first without the others.
 Shape difference_of(std::vector<Shape> shapes) {
     std::string text = joined("difference", shapes);
+    std::vector<Outline> outlines = outlines_of(shapes);
     const Box box = shapes.front().box();
     return {[shapes = std::move(shapes)](double x, double y) {
                 return shapes.front()(x, y) &&
                        std::none_of(shapes.begin() + 1, shapes.end(), [&](const Shape& shape) { return shape(x, y); });
             },
-            std::move(text), box};
+            std::move(text), box, std::move(outlines)};
 }
 
 } // namespace

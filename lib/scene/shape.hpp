@@ -20,26 +20,38 @@ struct Box {
 inline constexpr Box everywhere{-std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity(),
                                 std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
 
+/// A closed line: a polygon's corners one after another, either way around, or, without corners, a circle.
+struct Outline {
+    std::vector<std::array<double, 2>> corners = {};
+    std::array<double, 2> centre = {};
+    double radius = 0.0;
+};
+
 /// A region of the plane, open: says whether a point (x, y) in metres belongs to it, and how a scene file writes it.
 class Shape {
 public:
     /// Nothing.
     Shape() = default;
-    /// Where a function says so, within `box`; `toml` is empty for a shape that no file can hold.
+    /// Where a function says so, within `box`; `toml` is empty for a shape that no file can hold. The shape's edge is on
+    /// `outlines`.
     template <std::predicate<double, double> Inside>
-    Shape(Inside inside, std::string toml = {}, const Box& box = everywhere) // NOLINT: implicit
-        : inside_(std::move(inside)), toml_(std::move(toml)), box_(box) {}
+    Shape(Inside inside, std::string toml = {}, const Box& box = everywhere,
+          std::vector<Outline> outlines = {}) // NOLINT: implicit
+        : inside_(std::move(inside)), toml_(std::move(toml)), box_(box), outlines_(std::move(outlines)) {}
 
     [[nodiscard]] bool operator()(double x, double y) const { return inside_ && inside_(x, y); }
     /// "{rectangle = [0, 0, 1, 2]}"
     [[nodiscard]] const std::string& toml() const { return toml_; }
     /// Nothing of it lies beyond.
     [[nodiscard]] const Box& box() const { return box_; }
+    /// Lines that together hold its edge, and, of a union or difference, more than that. None of a function's shape.
+    [[nodiscard]] const std::vector<Outline>& outlines() const { return outlines_; }
 
 private:
     std::function<bool(double, double)> inside_;
     std::string toml_;
     Box box_ = {};
+    std::vector<Outline> outlines_;
 };
 
 [[nodiscard]] Shape rectangle(double left, double bottom, double right, double top);

@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <ductile/mpm/body.hpp>
+#include <ductile/mpm/plane_vector.hpp>
+#include <ductile/mpm/scene.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <map>
+#include <numbers>
+
+namespace ductile::mpm {
+
+namespace {
+
+using Point = PlaneVector;
+
+/// Of one of a polygon's sides the point that is nearest to another.
+Point nearest_on(const Point& from, const Point& to, const Point& place) {
+    const Point side = to - from;
+    const double square = dot(side, side);
+    return square > 0.0 ? from + std::clamp(dot(place - from, side) / square, 0.0, 1.0) * side : from;
+}
+
+/// Twice the area that a polygon encloses, positive if it goes around that counterclockwise.
+double twice_area(const std::vector<Point>& corners) {
+    double sum = 0.0;
+    for (std::size_t k = 0; k < corners.size(); ++k) {
+        const Point &a = corners[k], &b = corners[(k + 1) % corners.size()];
+        sum += a[0] * b[1] - a[1] * b[0];
+    }
+    return sum;
+}
+
+Gap gap_to_polygon(const std::vector<Point>& corners, const Point& place) {
+    double least = std::numeric_limits<double>::infinity();
+    Point nearest{}, side{};
+    bool inside = false;
+    for (std::size_t k = 0; k < corners.size(); ++k) {
+        const Point &a = corners[k], &b = corners[(k + 1) % corners.size()];
+        if ((a[1] > place[1]) != (b[1] > place[1]) && place[0] < a[0] + (place[1] - a[1]) / (b[1] - a[1]) * (b[0] - a[0]))
+            inside = !inside;
+        const Point candidate = nearest_on(a, b, place);
+        if (const double distance = length(place - candidate); distance < least) {
+            least = distance;
+            nearest = candidate;
+            side = b - a;
+        }
+    }
+    const double sign = inside ? -1.0 : 1.0;
+    const double turn = twice_area(corners) > 0.0 ? 1.0 : -1.0;
+    const Point of_side = turn / length(side) * Point{side[1], -side[0]};
+    const Point away = place - nearest;
+    // at a corner the normal is that of the line to it; on the surface itself, that of the side
+    const bool at_corner = std::abs(dot(away, of_side)) < (1.0 - 1e-9) * least;
+    if (!at_corner)
+        return {sign * least, of_side, 0.0};
+    return {sign * least, sign / least * away, sign / least};
+}
+
+/// Calls `visit(place, share)` for points of an outline up to `spacing` apart, and the part of its length that each stands for,
+/// as far as the outline is the edge of the shape.
+void for_each_edge_point(const Outline& outline, const Shape& shape, double spacing,
+                         const std::function<double(const Point&)>& weight, const auto& visit) {
+    std::vector<Point> corners = outline.corners;
+    if (corners.empty()) {
+        const int sides = std::max(12, static_cast<int>(std::ceil(2.0 * std::numbers::pi * outline.radius / spacing)));
+        for (int k = 0; k < sides; ++k) {
+            const double angle = 2.0 * std::numbers::pi * k / sides;
+            corners.push_back(outline.centre + outline.radius * Point{std::cos(angle), std::sin(angle)});
+        }
+    }
+    std::vector<Point> places;
+    for (std::size_t k = 0; k < corners.size(); ++k) {
+        const Point side = corners[(k + 1) % corners.size()] - corners[k];
+        const int parts = std::max(1, static_cast<int>(std::ceil(length(side) / spacing - 1e-9)));
+        for (int j = 0; j < parts; ++j)
+            places.push_back(corners[k] + (static_cast<double>(j) / parts) * side);
+    }
+    std::vector<Point> side(places.size());
+    std::vector<double> before(places.size(), 0.0),
+        after(places.size(), 0.0); // what a place stands for of the sides that meet there
+    for (std::size_t k = 0; k < places.size(); ++k) {
+        const std::size_t next = (k + 1) % places.size();
+        side[k] = places[next] - places[k];
+        const Point middle = 0.5 * (places[k] + places[next]);
+        const double size = length(side[k]);
+        const Point aside = (0.25 * spacing / size) * Point{side[k][1], -side[k][0]};
+        if (!(size > 0.0) ||
+            shape(middle[0] + aside[0], middle[1] + aside[1]) == shape(middle[0] - aside[0], middle[1] - aside[1]))
+            continue; // not the edge
+        after[k] = 0.5 * size * weight(0.75 * places[k] + 0.25 * places[next]);
+        before[next] = 0.5 * size * weight(0.25 * places[k] + 0.75 * places[next]);
+    }
+    for (std::size_t k = 0; k < places.size(); ++k) {
+        const Point& last = side[(k + places.size() - 1) % places.size()];
+        const double along = dot(last, side[k]) / (length(last) * length(side[k]));
+        // a plane that a sharp corner lies on sees one of the sides
+        const double share = std::max(before[k], after[k]) + std::max(along, 0.0) * std::min(before[k], after[k]);
+        if (share > 0.0)
+            visit(places[k], share);
+    }
+}
+
+/// Particles of a body by cells.
+class Neighbours {
+public:
+    Neighbours(const Grid& grid, const Particles& particles, std::size_t first, std::size_t last)
+        : grid_(grid), particles_(particles) {
+        for (std::size_t p = first; p < last; ++p)
+            cells_[cell_of({particles.x[p], particles.y[p]})].push_back(p);
+    }
+
+    /// The nearest within a cell of a place; the number of particles if there is none.
+    [[nodiscard]] std::size_t nearest(const Point& place) const {
+        const auto [i, j] = cell_of(place);
+        std::size_t found = particles_.size();
+        double least = std::max(grid_.dx(), grid_.dy());
+        for (int b = j - 1; b <= j + 1; ++b)
+            for (int a = i - 1; a <= i + 1; ++a)
+                if (const auto cell = cells_.find({a, b}); cell != cells_.end())
+                    for (const std::size_t p : cell->second)
+                        if (const double distance = std::hypot(particles_.x[p] - place[0], particles_.y[p] - place[1]);
+                            distance < least) {
+                            least = distance;
+                            found = p;
+                        }
+        return found;
+    }
+
+private:
+    [[nodiscard]] std::pair<int, int> cell_of(const Point& place) const {
+        return {static_cast<int>(std::floor((place[0] - grid_.left) / grid_.dx())),
+                static_cast<int>(std::floor((place[1] - grid_.bottom) / grid_.dy()))};
+    }
+
+    const Grid& grid_;
+    const Particles& particles_;
+    std::map<std::pair<int, int>, std::vector<std::size_t>> cells_;
+};
+
+} // namespace
+
+PlaneVector Pose::place(const RigidBody& body, const PlaneVector& at_start) const {
+    const Point arm = at_start - body.centre;
+    return body.centre + Point{displacement.u, displacement.v} +
+           Point{cosine * arm[0] - sine * arm[1], sine * arm[0] + cosine * arm[1]};
+}
+
+PlaneVector Pose::at_start(const RigidBody& body, const PlaneVector& place) const {
+    const Point arm = place - body.centre - Point{displacement.u, displacement.v};
+    return body.centre + Point{cosine * arm[0] + sine * arm[1], cosine * arm[1] - sine * arm[0]};
+}
+
+Pose pose_of(const RigidBody& body, double time) {
+    const double angle = body.spin.displacement(time);
+    return {body.velocity.displacement(time), std::cos(angle), std::sin(angle)};
+}
+
+Gap gap_to(const RigidBody& body, const Pose& pose, const PlaneVector& place) {
+    const Outline& surface = *body.surface;
+    const Point there = pose.at_start(body, place);
+    Gap gap;
+    if (surface.corners.empty()) {
+        const Point arm = there - surface.centre;
+        const double distance = length(arm);
+        gap = distance > 0.0 ? Gap{distance - surface.radius, 1.0 / distance * arm, 1.0 / distance}
+                             : Gap{-surface.radius, {1.0, 0.0}, 0.0};
+    } else {
+        gap = gap_to_polygon(surface.corners, there);
+    }
+    const auto [x, y] = gap.normal;
+    gap.normal = {pose.cosine * x - pose.sine * y, pose.sine * x + pose.cosine * y};
+    return gap;
+}
+
+double deepest_contact(const Particles& particles, std::span<const RigidBody> bodies, double time) {
+    const SurfacePoints& surface = particles.surface;
+    if (surface.size() == 0)
+        return 0.0;
+    std::vector<std::size_t> place(particles.size());
+    for (std::size_t p = 0; p < particles.size(); ++p)
+        place[static_cast<std::size_t>(particles.id[p])] = p;
+    double deepest = 0.0;
+    for (const RigidBody& body : bodies)
+        if (body.surface) {
+            const Pose pose = pose_of(body, time);
+            for (std::size_t c = 0; c < surface.size(); ++c) {
+                const std::size_t p = place[static_cast<std::size_t>(surface.particle[c])];
+                deepest =
+                    std::max(deepest, -gap_to(body, pose, {particles.x[p] + surface.x[c], particles.y[p] + surface.y[c]}).gap);
+            }
+        }
+    return deepest;
+}
+
+void add_surface(Particles& particles, std::size_t first, std::size_t last, const Shape& shape, double modulus,
+                 const Scene& scene) {
+    const Neighbours neighbours(scene.grid, particles, first, last);
+    const auto radius = [&](const Point& place) { return scene.geometry == Geometry::axisymmetric ? std::abs(place[0]) : 1.0; };
+    SurfacePoints& surface = particles.surface;
+    const auto add = [&](const Point& place, double share) {
+        const std::size_t p = contains(scene.grid, place[0], place[1]) ? neighbours.nearest(place) : particles.size();
+        if (p == particles.size())
+            return;
+        const double size = 2.0 * std::sqrt(particles.half_width[p] * particles.half_height[p]);
+        surface.particle.push_back(particles.id[p]);
+        surface.x.push_back(place[0] - particles.x[p]);
+        surface.y.push_back(place[1] - particles.y[p]);
+        surface.stiffness.push_back(modulus * share / size);
+    };
+    const double spacing = 2.0 * std::min(particles.half_width[first], particles.half_height[first]);
+    for (const Outline& outline : shape.outlines())
+        for_each_edge_point(outline, shape, spacing, radius, add);
+    if (!shape.outlines().empty())
+        return;
+    // of particles without a shape, the corners of their boxes at sides beyond which there is no other
+    for (std::size_t p = first; p < last; ++p) {
+        const Point centre{particles.x[p], particles.y[p]}, half{particles.half_width[p], particles.half_height[p]};
+        const auto is_edge = [&](const Point& towards) {
+            const Point beyond = centre + 2.0 * towards;
+            const std::size_t other = neighbours.nearest(beyond);
+            return other == particles.size() || other == p ||
+                   std::hypot(particles.x[other] - beyond[0], particles.y[other] - beyond[1]) > 1.4 * std::max(half[0], half[1]);
+        };
+        for (const double a : {-1.0, 1.0})
+            for (const double b : {-1.0, 1.0}) {
+                const Point to_x{a * half[0], 0.0}, to_y{0.0, b * half[1]}, corner = centre + to_x + to_y;
+                const double beside = is_edge(to_x) ? half[1] * radius(corner - 0.5 * to_y) : 0.0;
+                const double above = is_edge(to_y) ? half[0] * radius(corner - 0.5 * to_x) : 0.0;
+                if (const double share = std::max(beside, above); share > 0.0)
+                    add(corner, share);
+            }
+    }
+}
+
+} // namespace ductile::mpm

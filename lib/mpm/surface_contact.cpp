@@ -1,0 +1,330 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <ductile/mpm/plane_vector.hpp>
+#include <ductile/mpm/surface_contact.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+namespace ductile::mpm {
+
+namespace {
+
+using Vector = PlaneVector;
+
+Vector tangent_of(const Vector& normal) { return {-normal[1], normal[0]}; }
+
+/// A point that a rigid body may touch in this step.
+struct Touch {
+    std::size_t point, body;
+    Stencil stencil;                   ///< its values are B
+    std::array<double, 9> at_particle; ///< N
+    Vector place;                      ///< where the step begins
+    Vector way;                        ///< of the rigid body there, over the step
+    Gap gap;                           ///< where the step begins
+    double stiffness, friction, held;
+};
+
+/// What a touch comes to with a velocity of the point.
+struct Force {
+    Gap end, acting;                       ///< at the end of the step, and where the method takes the force
+    double normal = 0.0, tangential = 0.0; ///< of the force that it takes
+    double slid = 0.0;                     ///< way over the surface
+
+    [[nodiscard]] Vector force() const { return normal * acting.normal + tangential * tangent_of(acting.normal); }
+    /// The tangential force that is left at the end.
+    [[nodiscard]] double held() const { return end.gap < 0.0 ? tangential : 0.0; }
+};
+
+double stored(const Touch& touch, double gap) { return gap < 0.0 ? 0.5 * touch.stiffness * gap * gap : 0.0; }
+
+class SurfaceContact final : public Discretisation {
+public:
+    SurfaceContact(std::unique_ptr<Discretisation> within, const Scene& scene, bool midpoint)
+        : within_(std::move(within)), midpoint_(midpoint && scene.finite_rotation),
+          reach_(2.0 * std::max(scene.grid.dx(), scene.grid.dy())) {}
+
+    void prepare(Particles& particles, std::span<const RigidBody> rigid_bodies, double time, double dt) override {
+        within_->prepare(particles, rigid_bodies, time, dt);
+        place_of_particle_.resize(particles.size());
+        for (std::size_t p = 0; p < particles.size(); ++p)
+            place_of_particle_[static_cast<std::size_t>(particles.id[p])] = p;
+        bodies_.assign(rigid_bodies.begin(), rigid_bodies.end());
+        begin_.clear();
+        middle_.clear();
+        end_.clear();
+        for (const RigidBody& body : bodies_) {
+            begin_.push_back(pose_of(body, time));
+            middle_.push_back(pose_of(body, time + 0.5 * dt));
+            end_.push_back(pose_of(body, time + dt));
+        }
+        forces_.assign(bodies_.size(), {});
+        find_touches(particles);
+    }
+
+    [[nodiscard]] const ActiveNodes& nodes() const override { return within_->nodes(); }
+    [[nodiscard]] bool moves() const override { return within_->moves(); }
+    [[nodiscard]] Stencil stencil(std::size_t p) const override { return within_->stencil(p); }
+    [[nodiscard]] int reach() const override { return within_->reach(); }
+    void body_force(const Particles& particles, double time, std::span<double> force) const override {
+        within_->body_force(particles, time, force);
+    }
+    void consistent_mass_times(const Particles& particles, std::span<const double> x, std::span<double> result) const override {
+        within_->consistent_mass_times(particles, x, result);
+    }
+    void consistent_mass_blocks(const Particles& particles, const AddBlock& add) const override {
+        within_->consistent_mass_blocks(particles, add);
+    }
+    [[nodiscard]] Forecast forecast(const Particles& particles, const NodalMotion& motion) const override {
+        return within_->forecast(particles, motion);
+    }
+    [[nodiscard]] std::span<const std::array<double, 2>> surface_forces() const override { return forces_; }
+    [[nodiscard]] std::size_t memory_bytes() const override {
+        return within_->memory_bytes() + sizeof(Touch) * touches_.capacity() +
+               sizeof(std::size_t) * place_of_particle_.capacity();
+    }
+
+    void internal_force(const Particles& particles, std::span<double> force, std::span<double> magnitudes) const override {
+        within_->internal_force(particles, force, magnitudes);
+        for (const Touch& touch : touches_)
+            scatter(touch, force_at_begin(touch), force, magnitudes);
+    }
+
+    void force_after(const Particles& particles, std::span<const double> velocity, double dt, std::span<double> force,
+                     std::span<double> magnitudes) const override {
+        within_->force_after(particles, velocity, dt, force, magnitudes);
+        for (const Touch& touch : touches_)
+            scatter(touch, after(touch, dt * velocity_of(touch, velocity)).force(), force, magnitudes);
+    }
+
+    void linearise(const Particles& particles, std::span<const double> velocity, double dt) override {
+        within_->linearise(particles, velocity, dt);
+        stiffness_.clear();
+        for (const Touch& touch : touches_) {
+            stiffness_.push_back(derivative(touch, dt * velocity_of(touch, velocity)));
+            for (double& entry : stiffness_.back())
+                entry *= dt;
+        }
+    }
+
+    void stiffness_times(std::span<const double> x, std::span<double> result) const override {
+        within_->stiffness_times(x, result);
+        for (std::size_t t = 0; t < touches_.size(); ++t) {
+            const Vector v = velocity_of(touches_[t], x);
+            const auto& k = stiffness_[t];
+            scatter(touches_[t], {k[0] * v[0] + k[1] * v[1], k[2] * v[0] + k[3] * v[1]}, result, {});
+        }
+    }
+
+    void stiffness_diagonal(std::span<double> diagonal) const override {
+        within_->stiffness_diagonal(diagonal);
+        for_each_block([&](const Stencil& s, std::size_t i, std::size_t j, const std::array<double, 4>& block) {
+            if (s.node[i] == s.node[j]) {
+                diagonal[2 * s.node[i]] += block[0];
+                diagonal[2 * s.node[i] + 1] += block[3];
+            }
+        });
+    }
+
+    void stiffness_blocks(const AddBlock& add) const override {
+        within_->stiffness_blocks(add);
+        std::vector<double> matrix;
+        for_each_block([&](const Stencil& s, std::size_t i, std::size_t j, const std::array<double, 4>& block) {
+            const std::size_t width = 2 * s.count;
+            matrix.resize(width * width);
+            for (std::size_t a = 0; a < 2; ++a)
+                for (std::size_t b = 0; b < 2; ++b) // those who factorise this take it as symmetric
+                    matrix[(2 * i + a) * width + 2 * j + b] = 0.5 * (block[2 * a + b] + block[2 * b + a]);
+            if (i + 1 == s.count && j + 1 == s.count)
+                add({s.node.data(), s.count}, matrix);
+        });
+    }
+
+    ParticleEnergies advance(Particles& particles, const NodalMotion& motion) override {
+        ParticleEnergies of_contact;
+        std::vector<Force> outcomes;
+        outcomes.reserve(touches_.size());
+        std::ranges::fill(forces_, std::array<double, 2>{});
+        for (const Touch& touch : touches_) {
+            const Vector way = motion.dt * velocity_of(touch, motion.straining);
+            const Force felt = after(touch, way);
+            // in the momentum form particles move with another velocity than the one that strains them
+            const Force& end = outcomes.emplace_back(after(touch, way + motion.dt * carried(touch, motion)));
+            const Vector begin = force_at_begin(touch);
+            const Vector acting = (1.0 - motion.weight_at_end) * begin + motion.weight_at_end * felt.force();
+            forces_[touch.body] = forces_[touch.body] - acting;
+            const bool grows = motion.weight_at_end > 0.0 && !midpoint_;
+            const double work = dot(grows ? 0.5 * (begin + felt.force()) : acting, touch.way);
+            const double elastic = (touch.held - end.tangential) / touch.stiffness; // of the way over the surface
+            const double friction = -end.tangential * (end.slid - elastic);
+            const double kept = stored(touch, end.end.gap) - stored(touch, touch.gap.gap) +
+                                0.5 * (end.held() * end.held() - touch.held * touch.held) / touch.stiffness;
+            of_contact.surface_work += work;
+            of_contact.friction += friction;
+            of_contact.in_contact += kept;
+            of_contact.of_lag += work - friction - kept;
+            if (!moves()) // what the nodes do is counted there
+                of_contact.of_lag -= dot(acting, way);
+        }
+        move_points(particles, motion);
+        for (auto& held : particles.surface.held)
+            std::ranges::fill(held, 0.0);
+        for (std::size_t t = 0; t < touches_.size(); ++t)
+            if (touches_[t].friction > 0.0)
+                particles.surface.held[touches_[t].body][touches_[t].point] = outcomes[t].held();
+        ParticleEnergies energies = within_->advance(particles, motion);
+        energies.add(of_contact);
+        return energies;
+    }
+
+private:
+    void find_touches(const Particles& particles) {
+        touches_.clear();
+        const SurfacePoints& surface = particles.surface;
+        for (std::size_t c = 0; c < surface.size(); ++c) {
+            const std::size_t p = place_of_particle_[static_cast<std::size_t>(surface.particle[c])];
+            const Vector place{particles.x[p] + surface.x[c], particles.y[p] + surface.y[c]};
+            for (std::size_t b = 0; b < bodies_.size(); ++b) {
+                const RigidBody& body = bodies_[b];
+                if (!body.surface)
+                    continue;
+                const Gap gap = gap_to(body, begin_[b], place);
+                const Vector way = end_[b].place(body, begin_[b].at_start(body, place)) - place;
+                if (gap.gap > reach_ + std::hypot(way[0], way[1]))
+                    continue;
+                const Stencil stencil = within_->stencil(p);
+                Touch touch{c, b, stencil, stencil.value, place, way, gap, surface.stiffness[c], body.friction, 0.0};
+                if (body.friction > 0.0)
+                    touch.held = surface.held[b][c];
+                Stencil& s = touch.stencil;
+                for (std::size_t k = 0; k < s.count; ++k)
+                    s.value[k] += surface.x[c] * s.slope_x[k] + surface.y[c] * s.slope_y[k];
+                touches_.push_back(touch);
+            }
+        }
+    }
+
+    /// Offsets turn and stretch with the affine field around the particle.
+    void move_points(Particles& particles, const NodalMotion& motion) const {
+        SurfacePoints& surface = particles.surface;
+        for (std::size_t c = 0; c < surface.size(); ++c) {
+            const Stencil s = within_->stencil(place_of_particle_[static_cast<std::size_t>(surface.particle[c])]);
+            Vector change{};
+            for (std::size_t k = 0; k < s.count; ++k) {
+                const double along = motion.dt * (surface.x[c] * s.slope_x[k] + surface.y[c] * s.slope_y[k]);
+                change = change + along * Vector{motion.straining[2 * s.node[k]], motion.straining[2 * s.node[k] + 1]};
+            }
+            surface.x[c] += change[0];
+            surface.y[c] += change[1];
+        }
+    }
+
+    static Vector velocity_of(const Touch& touch, std::span<const double> velocity) {
+        const Stencil& s = touch.stencil;
+        Vector sum{};
+        for (std::size_t k = 0; k < s.count; ++k)
+            sum = sum + s.value[k] * Vector{velocity[2 * s.node[k]], velocity[2 * s.node[k] + 1]};
+        return sum;
+    }
+
+    /// What the velocity of its particle is more than the one that strains it.
+    static Vector carried(const Touch& touch, const NodalMotion& motion) {
+        const Stencil& s = touch.stencil;
+        Vector sum{};
+        for (std::size_t k = 0; k < s.count; ++k)
+            for (std::size_t a = 0; a < 2; ++a) {
+                const std::size_t c = 2 * static_cast<std::size_t>(s.node[k]) + a;
+                sum[a] += touch.at_particle[k] * (motion.motion[c] - motion.straining[c]);
+            }
+        return sum;
+    }
+
+    static void scatter(const Touch& touch, const Vector& force, std::span<double> nodal, std::span<double> magnitudes) {
+        const Stencil& s = touch.stencil;
+        for (std::size_t k = 0; k < s.count; ++k)
+            for (std::size_t a = 0; a < 2; ++a) {
+                nodal[2 * s.node[k] + a] += s.value[k] * force[a];
+                if (!magnitudes.empty())
+                    magnitudes[2 * s.node[k] + a] += std::abs(s.value[k] * force[a]);
+            }
+    }
+
+    static Vector force_at_begin(const Touch& touch) {
+        if (!(touch.gap.gap < 0.0))
+            return {};
+        return -touch.stiffness * touch.gap.gap * touch.gap.normal + touch.held * tangent_of(touch.gap.normal);
+    }
+
+    /// With the way of the point in the step.
+    [[nodiscard]] Force after(const Touch& touch, const Vector& way) const {
+        const RigidBody& body = bodies_[touch.body];
+        Force result{.end = gap_to(body, end_[touch.body], touch.place + way), .acting = {}};
+        result.acting = midpoint_ ? gap_to(body, middle_[touch.body], touch.place + 0.5 * way) : result.end;
+        result.normal = midpoint_ ? mean_normal_force(touch, result.end.gap) : touch.stiffness * std::max(-result.end.gap, 0.0);
+        result.slid = dot(way - touch.way, tangent_of(result.acting.normal));
+        const double most = touch.friction * result.normal;
+        result.tangential = std::clamp(touch.held - touch.stiffness * result.slid, -most, most);
+        return result;
+    }
+
+    /// -(phi(g^L) - phi(g))/(g^L - g)
+    static double mean_normal_force(const Touch& touch, double end_gap) {
+        const double gap = touch.gap.gap;
+        if ((gap < 0.0 && end_gap < 0.0) || gap == end_gap)
+            return 0.5 * touch.stiffness * (std::max(-gap, 0.0) + std::max(-end_gap, 0.0));
+        return (stored(touch, end_gap) - stored(touch, gap)) / (gap - end_gap);
+    }
+
+    /// Minus that of the force by the way of the point: xx, xy, yx, yy.
+    [[nodiscard]] std::array<double, 4> derivative(const Touch& touch, const Vector& way) const {
+        const Force f = after(touch, way);
+        const Vector n = f.acting.normal, t = tangent_of(n);
+        const double turn = (midpoint_ ? 0.5 : 1.0) * f.acting.curvature; // half of the way leads to the middle
+        double slope = f.end.gap < 0.0 ? -touch.stiffness : 0.0;          // of the normal force, by the gap at the end
+        if (midpoint_) {
+            const double gap = touch.gap.gap, end = f.end.gap;
+            slope = (gap < 0.0 && end < 0.0) || gap == end ? 0.5 * slope : (slope * end - f.normal) / (end - gap);
+        }
+        const double trial = touch.held - touch.stiffness * f.slid;
+        const bool sticks = std::abs(trial) <= touch.friction * f.normal;
+        const Vector of_tangential = sticks ? -touch.stiffness * (1.0 - turn * dot(way - touch.way, n)) * t
+                                            : std::copysign(touch.friction, trial) * slope * f.end.normal;
+        const Vector along_n = slope * f.end.normal - f.tangential * turn * t;
+        const Vector along_t = f.normal * turn * t + (touch.friction > 0.0 && f.normal > 0.0 ? 1.0 : 0.0) * of_tangential;
+        return {-(n[0] * along_n[0] + t[0] * along_t[0]), -(n[0] * along_n[1] + t[0] * along_t[1]),
+                -(n[1] * along_n[0] + t[1] * along_t[0]), -(n[1] * along_n[1] + t[1] * along_t[1])};
+    }
+
+    /// Calls `visit(stencil, i, j, block)` with the part of dt K that couples the i-th and j-th node of each touch.
+    void for_each_block(const auto& visit) const {
+        for (std::size_t t = 0; t < touches_.size(); ++t) {
+            const Stencil& s = touches_[t].stencil;
+            for (std::size_t i = 0; i < s.count; ++i)
+                for (std::size_t j = 0; j < s.count; ++j) {
+                    std::array<double, 4> block = stiffness_[t];
+                    for (double& entry : block)
+                        entry *= s.value[i] * s.value[j];
+                    visit(s, i, j, block);
+                }
+        }
+    }
+
+    std::unique_ptr<Discretisation> within_;
+    bool midpoint_;
+    double reach_;                               ///< a step moves no particle farther than two cells
+    std::vector<std::size_t> place_of_particle_; // by its number
+    std::vector<RigidBody> bodies_;
+    std::vector<Pose> begin_, middle_, end_; // of the bodies
+    std::vector<Touch> touches_;
+    std::vector<std::array<double, 4>> stiffness_; // of touches, times dt
+    std::vector<std::array<double, 2>> forces_;    // on the bodies, in the last step
+};
+
+} // namespace
+
+std::unique_ptr<Discretisation> with_surface_contact(std::unique_ptr<Discretisation> within, const Scene& scene, bool midpoint) {
+    return std::make_unique<SurfaceContact>(std::move(within), scene, midpoint);
+}
+
+} // namespace ductile::mpm
