@@ -437,6 +437,48 @@ TEST_CASE("contact by surfaces, turning and rubbing, goes on from a checkpoint w
     }
 }
 
+TEST_CASE("loads by histories, of a body by name, go on from a checkpoint with the same bits") {
+    const scratch::Folder folder;
+    std::string text =
+        billet("[[observables]]", "[[loads]]\nname = \"oil\"\nbody = \"billet\"\nregion = {rectangle = [0.009, 0, "
+                                  "0.011, 0.02]}\npressure = [[0, 0], [1e-3, 0.2e9]]\n[[loads]]\nname = \"pull\"\nregion = "
+                                  "{rectangle = [0, 0.0135, 0.02, 0.015]}\nforce = [[0, 0, 1e3]]\n[body-force]\nhistory = "
+                                  "[[0, 0, 0], [1e-3, 0, -9.81]]\n[[observables]]");
+    const std::string scene = folder / "scene.toml";
+    // the platen away, so that the pull is what the billet feels of it
+    text.replace(text.find("shape = {rectangle = [0, 0.014, 0.024, 0.018]}"), std::strlen("shape = {rectangle = [0, 0.014"),
+                 "shape = {rectangle = [0, 0.016");
+    text.replace(text.find("velocity = [0, -1]"), std::strlen("velocity = [0, -1]"), "velocity = [0, 0]");
+    scratch::write(scene, text);
+    run_well("scene", {scene, "--snapshots", "7e-4,1.2e-3", "--output", folder / "whole"});
+    run_well("scene", {scene, "--snapshots", "7e-4,1.2e-3", "--duration", "7e-4", "--output", folder / "parts"});
+    run_well("scene", {"--restart", folder / "parts/checkpoint.h5", "--duration", "2e-3"});
+    CHECK(scratch::read(folder / "whole/history.csv") == scratch::read(folder / "parts/history.csv"));
+    check_same_run(folder / "whole", folder / "parts");
+    CHECK(std::ranges::max(read_history(folder / "whole/history.csv").column("work_of_loads_J")) > 0.0);
+    scratch::write(folder / "printed.toml", run("scene", {scene, "--print-config"}).output);
+    run_well("scene", {folder / "printed.toml", "--snapshots", "7e-4,1.2e-3", "--output", folder / "again"});
+    CHECK(scratch::read(folder / "whole/history.csv") == scratch::read(folder / "again/history.csv"));
+
+    for (const auto& [from, to, message] :
+         {std::tuple{"body = \"billet\"", "body = \"bilet\"", "did you mean billet?"},
+          {"region = {rectangle = [0.009, 0, 0.011, 0.02]}", "region = {rectangle = [0.001, 0.001, 0.002, 0.002]}",
+           "the load 'oil' acts on no edge"},
+          {"force = [[0, 0, 1e3]]", "force = [[0, 0, 1e3]]\ntraction = [[0, 0, 1e3]]", "both a traction and a force"},
+          {"name = \"pull\"", "name = \"oil\"", "loads are called 'oil'"},
+          {"carrier", "solver = \"newton-cg\"\ncarrier", "the pressure of the load 'oil' makes it unsymmetric"}}) {
+        std::string other = text;
+        const std::size_t place = other.find(from);
+        REQUIRE(place != std::string::npos);
+        other.replace(place, std::strlen(from), to);
+        scratch::write(folder / "other.toml", other);
+        const Outcome outcome = run("scene", {folder / "other.toml", "--output", folder / "none"});
+        CAPTURE(outcome.errors);
+        CHECK(outcome.status == 2);
+        CHECK(contains(outcome.errors, message));
+    }
+}
+
 TEST_CASE("a scene goes on from its checkpoint with the same bits, and refuses another scene, naming what differs") {
     const scratch::Folder folder;
     const std::string scene = folder / "scene.toml";

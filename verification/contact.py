@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Contact of material points with rigid bodies: by the nodes that those hold, as in the paper, and by surfaces, against closed forms.
+"""Contact of material points with rigid bodies: by the nodes that those hold, as in the paper, and by surfaces, against closed forms;
+and a load on an edge.
 
     verification/contact.py            # a minute
 """
@@ -128,6 +129,17 @@ def slope(arguments):
     return rows
 
 
+def thick_cylinder(snapshot):
+    """Displacement of the outer surface, from C r + D/r fitted to what is elastic, and the radius of the plastic zone of this area."""
+    x, y = snapshot["position"].T[:2]
+    radius = np.hypot(x, y)
+    way = (x * snapshot["displacement_x"] + y * snapshot["displacement_y"]) / radius
+    elastic = radius > 0.13
+    (c, d), *_ = np.linalg.lstsq(np.c_[radius, 1.0 / radius][elastic], way[elastic], rcond=None)
+    plastic = snapshot["volume"][snapshot["plastic_strain"] > 1e-9].sum()
+    return c * 0.2 + d / 0.2, math.sqrt(0.1**2 + 4.0 * plastic / math.pi)
+
+
 def scenes(arguments):
     """The scene files: Hertz, the rolling cylinder, rings."""
     folder = arguments.program.resolve().parents[2] / "drivers" / "scenes"
@@ -149,6 +161,15 @@ def scenes(arguments):
                 way = 2.0 * force / (math.pi * modulus) * (math.log(4.0 / width) - 0.5)
                 low, high = (force, high) if way < history["way_m"][-1] else (low, force)
             rows.append(["Hertz: force [N/m]", f"{shape}, {cell:g} m", f"{2.0 * history['plate_force_y_N'][-1]:.5g}", f"{force:.5g}"])
+    for shape in SHAPES:
+        for side in (2, 3, 4):
+            work = arguments.work / f"thick-cylinder-{shape}-{side}"
+            common.run([arguments.program.parent / "scene", folder / "thick-cylinder.toml"], work,
+                       {"shape": shape, "particles-per-side": side})
+            way, radius = thick_cylinder(Run(work).snapshots[-1])
+            how = f"{shape}, {side} x {side} particles a cell"
+            rows.append(["thick cylinder: way outside [mm]", how, f"{1e3 * way:.5f}", "0.08721"])
+            rows.append(["thick cylinder: plastic radius [mm]", how, f"{1e3 * radius:.2f}", "120.51"])
     for cell in (0.1, 0.05):
         for label, options in {"explicit": {}, "midpoint, affine": {"method": "midpoint", "transfer": "affine", "dt": 0.05 * cell}}.items():
             history = scene("rolling-cylinder", f"{label.split(',')[0]}-{cell:g}", {"cell-size": cell, **options})

@@ -127,25 +127,6 @@ def draw(result, limits, path, cost, label):
     plt.close(figure)
 
 
-def headline(result, path, cells=504, model="full"):
-    """Total error against time: the largest of the three fields' errors, each relative to that of the paper's scheme."""
-    rows = result[cells, model]
-    paper = rows[PAPER]
-    figure, axis = plt.subplots(figsize=(7.5, 5), layout="constrained")
-    for family, style in zip(FAMILIES, STYLES):
-        runs = [rows[family, value] for value in values_of(family, cells)]
-        error = [max(run["total"][f] / paper["total"][f] for f in FIELDS) for run in runs]
-        axis.loglog([run["seconds"] for run in runs], error, style, markersize=4, linewidth=1, label=family)
-    axis.axhline(1, color="grey", linewidth=0.8, dashes=(6, 3))
-    axis.set_xlabel("processor seconds")
-    axis.set_ylabel("total error, relative to the paper's constant steps")
-    axis.set_title(f"Shear band, {cells} x {cells} cells, full model")
-    axis.set_ylim(0.5, 100)
-    axis.legend(fontsize=7)
-    figure.savefig(path, dpi=100)
-    plt.close(figure)
-
-
 def main():
     options = common.reference_option(common.jobs_option(common.parser(__doc__, work="out/verification/work_precision"))).parse_args()
     folders = common.run_all(options.program, options.work, all_runs(), options.jobs, timed=True)
@@ -172,7 +153,6 @@ def main():
                     for (cells, model), rows in result.items() for (family, value), run in rows.items()])
     draw(result, limits, options.results / "work_precision_solves.png", "solves", "elliptic solves")
     draw(result, limits, options.results / "work_precision_seconds.png", "seconds", "processor seconds")
-    headline(result, options.results / "headline.png")
 
 
 if __name__ == "__main__":

@@ -84,4 +84,9 @@ void add_surface(Particles& particles, std::size_t first, std::size_t last, cons
 /// is wide or high, and hold nodes once they come in. Throws InputError when there is none.
 [[nodiscard]] RigidBody make_rigid_body(const std::string& name, const Shape& shape, int particles_per_side, const Grid& grid);
 
+/// Puts a load on the sides of a body's edge, as short as particles, whose middles lie in a region; of a shape without outlines,
+/// on those of particles' boxes. Arguments as of add_surface().
+void add_loaded_sides(Particles& particles, std::size_t first, std::size_t last, const Shape& shape, const Shape& region,
+                      std::int64_t load, const Scene& scene);
+
 } // namespace ductile::mpm

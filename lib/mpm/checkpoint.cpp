@@ -40,6 +40,13 @@ void describe(const State& state, const StepControl& control, const Tally& tally
             if (!surface.held[b].empty())
                 content.vectors.emplace_back(fmt::format("surface/held_{}", b), surface.held[b]);
     }
+    const LoadedSides& loaded = state.particles.loaded;
+    if (loaded.size() > 0)
+        for (const auto& [name, array] : {std::pair{"loaded/x", &loaded.x},
+                                          {"loaded/y", &loaded.y},
+                                          {"loaded/along_x", &loaded.along_x},
+                                          {"loaded/along_y", &loaded.along_y}})
+            content.vectors.emplace_back(name, *array);
     for (const auto& [name, numbers] : tally)
         content.vectors.emplace_back(fmt::format("tally/{}", name), numbers);
     content.integer_vectors.emplace_back("touching", control.plan().touching);
@@ -95,6 +102,12 @@ State read_state(const io::CheckpointReader& checkpoint, const Scene& scene, con
             if (!surface.held[b].empty())
                 fill_vector(surface.held[b], fmt::format("surface/held_{}", b));
     }
+    if (LoadedSides& loaded = state.particles.loaded; loaded.size() > 0)
+        for (const auto& [name, array] : {std::pair{"loaded/x", &loaded.x},
+                                          {"loaded/y", &loaded.y},
+                                          {"loaded/along_x", &loaded.along_x},
+                                          {"loaded/along_y", &loaded.along_y}})
+            fill_vector(*array, name);
     state.time = checkpoint.scalar("time");
     state.step = checkpoint.counter("step");
     if (!std::isfinite(state.time) || state.step < 0)

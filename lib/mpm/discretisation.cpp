@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <ductile/mpm/kernels.hpp>
 #include <ductile/mpm/surface_contact.hpp>
+#include <ductile/mpm/surface_loads.hpp>
 
 #include <utility>
 
@@ -24,6 +25,8 @@ std::unique_ptr<Discretisation> without_contact(const Scene& scene, bool midpoin
 
 std::unique_ptr<Discretisation> make_discretisation(const Scene& scene, bool midpoint) {
     std::unique_ptr<Discretisation> made = without_contact(scene, midpoint);
+    if (!scene.loads.empty())
+        made = with_loads(std::move(made), scene, midpoint);
     return scene.surface_contact ? with_surface_contact(std::move(made), scene, midpoint) : std::move(made);
 }
 

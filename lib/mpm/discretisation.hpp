@@ -34,6 +34,7 @@ struct ParticleEnergies {
     double dissipated = 0.0;   ///< sum of V (sigma' + sigma^L)/2 : (plastic strain increment)
     double surface_work = 0.0; ///< of rigid bodies by their surfaces, see SurfaceContact
     double friction = 0.0;     ///< what slipping over them has dissipated
+    double load_work = 0.0;    ///< of loads, see SurfaceLoads
     double in_contact = 0.0;   ///< by how much the energy stored in contacts grows
 
     void add(const ParticleEnergies& other) {
@@ -44,6 +45,7 @@ struct ParticleEnergies {
         surface_work += other.surface_work;
         friction += other.friction;
         in_contact += other.in_contact;
+        load_work += other.load_work;
     }
 };
 

@@ -59,6 +59,7 @@ StepEnergies ExplicitStep::advance(State& state, double dt, double end) {
                           .of_method = sums.of_lag - sums.of_increments,
                           .of_change = sums.of_increments,
                           .surface_work = sums.surface_work,
+                          .load_work = sums.load_work,
                           .friction = sums.friction,
                           .in_contact = sums.in_contact};
     for (std::size_t c = 0; d.moves() && c < size; ++c)

@@ -160,6 +160,7 @@ StepEnergies MomentumBalance::advance(const NodalMotion& motion, Particles& part
     StepEnergies energies{.dissipated = sums.dissipated,
                           .of_method = sums.of_lag,
                           .surface_work = sums.surface_work,
+                          .load_work = sums.load_work,
                           .friction = sums.friction,
                           .in_contact = sums.in_contact};
     const ActiveNodes& n = nodes();

@@ -127,6 +127,7 @@ Ledger Monitor::ledger(const Observation& seen, const Tally& tally) const {
             .of_particles = now,
             .rigid_work = work[0],
             .body_work = work[1],
+            .load_work = work[3],
             .work_magnitude = work[2],
             .dissipated = lost[0],
             .friction = lost[2],
@@ -142,6 +143,7 @@ void Monitor::watch_work(const Observation& seen, Tally& tally) const {
         work[2] += std::abs(done);
     };
     add(1, seen.energies.body_work);
+    add(3, seen.energies.load_work);
     lost[0] += seen.energies.dissipated;
     lost[1] += seen.energies.of_method;
     lost[2] += seen.energies.friction;
@@ -196,7 +198,7 @@ void Monitor::observe(const Observation& seen, double smallest_determinant, Tall
         const Connectivity c = connectivity_of(scene_.grid, state.particles);
         const Energies energies = energies_of(scene_, state.particles);
         tally["energy_at_start_J"] = {(options_.inertia ? energies.kinetic : 0.0) + energies.strain};
-        tally["work_J"] = {0.0, 0.0, 0.0};      // of rigid bodies, of body forces, and the sum of magnitudes
+        tally["work_J"] = {0.0, 0.0, 0.0, 0.0}; // of rigid bodies, of body forces, the sum of magnitudes, and of loads
         tally["lost_J"] = {0.0, 0.0, 0.0, 0.0}; // by plastic flow, by the method, by friction, and to contacts
         tally["deepest_contact_cells"] = {0.0};
         tally["velocity_changes"] = {0.0}; // see phase_error()
@@ -239,6 +241,8 @@ void Monitor::conclude(const Observation& seen, const Tally& tally, const Partic
     summary.extra["plastic_dissipation_J"] = energies.dissipated;
     summary.extra["numerical_dissipation_J"] = energies.of_method;
     summary.extra["energy_error_of_work"] = energies.relative_error();
+    if (!scene_.loads.empty())
+        summary.extra["work_of_loads_J"] = energies.load_work;
     if (scene_.surface_contact) {
         summary.extra["friction_dissipation_J"] = energies.friction;
         summary.extra["contact_energy_J"] = energies.in_contact;

@@ -23,7 +23,7 @@ struct Ledger {
     double at_start = 0.0; ///< kinetic and elastic
     double kinetic = 0.0, elastic = 0.0;
     Energies of_particles = {}; ///< the same, and more, with or without inertia
-    double rigid_work = 0.0, body_work = 0.0;
+    double rigid_work = 0.0, body_work = 0.0, load_work = 0.0;
     double work_magnitude = 0.0;             ///< the sum of magnitudes over all steps
     double dissipated = 0.0;                 ///< by plastic flow
     double friction = 0.0, in_contact = 0.0; ///< dissipated by slipping over surfaces; stored in contacts
@@ -31,7 +31,7 @@ struct Ledger {
     double round_off = 0.0;                  ///< an energy that is nothing: of a stress of 1e-12 E everywhere
 
     [[nodiscard]] double error() const {
-        return kinetic + elastic + in_contact + dissipated + friction - at_start - rigid_work - body_work;
+        return kinetic + elastic + in_contact + dissipated + friction - at_start - rigid_work - body_work - load_work;
     }
     [[nodiscard]] double of_law() const { return error() + of_method; } ///< what the law in rate form adds
     /// Of the energy at the start, or the work if that is more.

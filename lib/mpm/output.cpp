@@ -104,6 +104,8 @@ std::vector<std::string> history_columns(const Problem& problem) {
     columns.insert(columns.end(), {"smallest_determinant", "enclosed_empty_cells", "newton_iterations", "linear_iterations",
                                    "work_of_rigid_bodies_J", "work_of_body_force_J", "plastic_dissipation_J",
                                    "numerical_dissipation_J", "energy_error_J", "momentum_y_Ns"});
+    if (!problem.scene.loads.empty())
+        columns.emplace_back("work_of_loads_J");
     if (problem.scene.surface_contact)
         columns.insert(columns.end(), {"friction_dissipation_J", "contact_energy_J"});
     if (problem.scene.geometry != Geometry::axisymmetric) // there neither has a meaning
@@ -130,6 +132,8 @@ void append_row(const Problem& problem, const Observation& seen, const LastStep&
                            ledger.of_method, ledger.error()});
     const Momenta momenta = momenta_of(state.particles);
     row.push_back(momenta.y);
+    if (!problem.scene.loads.empty())
+        row.push_back(ledger.load_work);
     if (problem.scene.surface_contact)
         row.insert(row.end(), {ledger.friction, ledger.in_contact});
     if (problem.scene.geometry != Geometry::axisymmetric)

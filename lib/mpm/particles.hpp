@@ -33,6 +33,17 @@ struct SurfacePoints {
     }
 };
 
+/// Sides of bodies' edges that loads act on (SurfaceLoads), carried as surface points are.
+struct LoadedSides {
+    aligned_vector<std::int64_t> particle;   ///< its number
+    aligned_vector<double> x, y;             ///< the middle, from the particle [m]
+    aligned_vector<double> along_x, along_y; ///< from end to end, with what is outside on the right [m]
+    aligned_vector<double> area;             ///< at the start [m^2, a metre of thickness or a radian]
+    aligned_vector<std::int64_t> load;       ///< its number in the scene
+
+    [[nodiscard]] std::size_t size() const { return particle.size(); }
+};
+
 /// All deformable material points of a scene, one array a quantity, in SI. In an axisymmetric scene x is the radius, y the axis,
 /// stress_zz the hoop stress, and mass the mass of one radian.
 struct Particles {
@@ -49,6 +60,7 @@ struct Particles {
     aligned_vector<std::int64_t> body;              ///< number of the body it was added with
     aligned_vector<std::int64_t> id;                ///< number at the start: sorting keeps it
     SurfacePoints surface;                          ///< where some rigid bodies have surfaces, else none
+    LoadedSides loaded;                             ///< where loads act, else none
 
     [[nodiscard]] std::size_t size() const { return x.size(); }
     void resize(std::size_t count);

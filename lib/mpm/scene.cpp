@@ -10,7 +10,8 @@
 namespace ductile::mpm {
 
 bool is_linear(const Scene& scene) {
-    return !scene.finite_rotation && !scene.surface_contact &&
+    const bool follows = std::ranges::any_of(scene.loads, [](const Load& load) { return load.pressure != History<double>(); });
+    return !scene.finite_rotation && !scene.surface_contact && !follows &&
            std::all_of(scene.materials.begin(), scene.materials.end(),
                        [](const Material& material) { return material.law->linear(); });
 }
@@ -174,6 +175,27 @@ void check_surface(const SurfacePoints& surface, std::span<const RigidBody> rigi
                                          rigid_bodies[b].name));
 }
 
+void check_loaded(const LoadedSides& loaded, const Scene& scene, std::size_t particles) {
+    const std::size_t count = loaded.size();
+    for (const auto* array : {&loaded.x, &loaded.y, &loaded.along_x, &loaded.along_y, &loaded.area})
+        if (array->size() != count || !std::ranges::all_of(*array, [](double value) { return std::isfinite(value); }))
+            throw InputError("the arrays of loaded sides must be as long as each other, and finite");
+    std::vector<bool> used(scene.loads.size());
+    for (std::size_t c = 0; c < count; ++c) {
+        if (loaded.particle[c] < 0 || loaded.particle[c] >= static_cast<std::int64_t>(particles))
+            throw InputError(fmt::format("a loaded side goes with the particle {}, which is not there", loaded.particle[c]));
+        if (c >= loaded.load.size() || loaded.load[c] < 0 || loaded.load[c] >= static_cast<std::int64_t>(used.size()))
+            throw InputError(fmt::format("loaded side {} has a load that the scene does not have", c));
+        used[static_cast<std::size_t>(loaded.load[c])] = true;
+    }
+    for (std::size_t k = 0; k < used.size(); ++k)
+        if (!used[k])
+            throw InputError(
+                fmt::format("the load '{}' acts on no edge of a body: its region must hold the middles of sides as short "
+                            "as particles",
+                            scene.loads[k].name));
+}
+
 } // namespace
 
 void check_internal(const Scene& scene, const Particles& particles) {
@@ -234,6 +256,7 @@ void check(const Scene& scene, const Particles& particles, std::span<const Rigid
             check_surface(body, scene);
     }
     check_surface(particles.surface, rigid_bodies, particles.size());
+    check_loaded(particles.loaded, scene, particles.size());
     if (const double deepest = deepest_contact(particles, rigid_bodies, time) / scene.grid.smallest_spacing();
         time == 0.0 && deepest > 1e-6)
         throw InputError(fmt::format("a body lies {:.3g} cells within the surface of a rigid body at the start: bodies may touch "

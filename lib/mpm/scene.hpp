@@ -25,6 +25,14 @@ struct Material {
 /// threads at once, and must not throw.
 using BodyForce = std::function<std::array<double, 2>(std::int64_t id, double x, double y, double time)>;
 
+/// What presses or pulls the edge of a body, on LoadedSides: a pressure, along the normal of the deformed edge and on its area
+/// there; and a traction in a fixed direction, on the area at the start.
+struct Load {
+    std::string name;
+    History<double> pressure = {};   ///< [Pa]
+    History<Velocity> traction = {}; ///< [Pa]
+};
+
 /// What does not change during a run.
 struct Scene {
     Geometry geometry = Geometry::plane_strain;
@@ -38,6 +46,7 @@ struct Scene {
     bool affine = false;
     /// Whether rigid bodies may have surfaces, which the surface points of the particles touch.
     bool surface_contact = false;
+    std::vector<Load> loads = {};
 };
 
 /// Whether the stress depends linearly on the velocity, for any state: one linear solve is an implicit step.

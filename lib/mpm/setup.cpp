@@ -24,9 +24,9 @@ io::OptionHelp optional(std::string meaning, std::string units = {}, io::Limits 
     return {.group = {}, .meaning = std::move(meaning), .units = std::move(units), .allowed = allowed};
 }
 
-void declare_shape(io::Keys& keys, Shape& shape, io::OptionHelp help) {
+void declare_shape(io::Keys& keys, const char* key, Shape& shape, const io::OptionHelp& help) {
     keys.toml(
-        "shape", help,
+        key, help,
         "a table {rectangle = [left, bottom, right, top]}, {disk = [x, y, radius]}, {polygon = [[x, y], ...]}, "
         "{union = [shape, ...]} or {difference = [shape, ...]}",
         [&shape] { return shape.toml(); }, [&shape](const std::string& toml) { shape = read_shape(value_of(toml)); });
@@ -44,6 +44,49 @@ void declare_numbers(io::Keys& keys, const char* key, std::vector<double>& numbe
 Velocity velocity_of(const std::string& toml) {
     const std::vector<double> v = read_numbers(value_of(toml), 2);
     return {v[0], v[1]};
+}
+
+void declare_constant(io::Keys& keys, const char* key, History<Velocity>& history, const io::OptionHelp& help) {
+    keys.toml(
+        key, help, "two numbers",
+        [&history] {
+            const Velocity v = history.after(0.0);
+            return history.is_constant() ? io::toml_array({v.u, v.v}) : "";
+        },
+        [&history](const std::string& toml) { history = velocity_of(toml); });
+}
+
+template <class Value> constexpr std::size_t components = std::is_same_v<Value, Velocity> ? 2 : 1;
+std::string knot_of(double time, const Velocity& value) { return io::toml_array({time, value.u, value.v}); }
+std::string knot_of(double time, double value) { return io::toml_array({time, value}); }
+void take(const std::vector<double>& row, Velocity& value) { value = {row[1], row[2]}; }
+void take(const std::vector<double>& row, double& value) { value = row[1]; }
+
+/// In the course of time: rows of a time and what it is then. Nothing is written for what is constant, if something else writes
+/// that, or for nothing.
+template <class Value>
+void declare_history(io::Keys& keys, const char* key, History<Value>& history, const io::OptionHelp& help,
+                     bool writes_constants = true) {
+    keys.toml(
+        key, help,
+        components<Value> == 2 ? "[[time, x, y], ...]; two knots at one time are a jump"
+                               : "[[time, value], ...]; two knots at one time are a jump",
+        [&history, writes_constants] {
+            if (history == History<Value>() || (history.is_constant() && !writes_constants))
+                return std::string();
+            std::string rows;
+            for (const auto& [time, value] : history.knots())
+                rows += (rows.empty() ? "" : ", ") + knot_of(time, value);
+            return fmt::format("[{}]", rows);
+        },
+        [&history](const std::string& toml) {
+            std::vector<typename History<Value>::Knot> knots;
+            for (const std::vector<double>& row : read_rows(value_of(toml), {1 + components<Value>})) {
+                knots.push_back({row[0], {}});
+                take(row, knots.back().value);
+            }
+            history = History<Value>(std::move(knots));
+        });
 }
 
 void declare(io::Keys& keys, Setup::Box& box) {
@@ -77,7 +120,7 @@ void declare(io::Keys& keys, Grid::Sides& sides) {
 void declare(io::Keys& keys, Setup::Deformable& body, const std::vector<std::string>& materials) {
     keys.option("name", body.name, optional("for messages and observables"));
     keys.choice("material", body.material, io::plain_words(materials), needed("one of the materials"));
-    declare_shape(keys, body.shape, optional("the region that it fills"));
+    declare_shape(keys, "shape", body.shape, optional("the region that it fills"));
     keys.input_file(
         "particles", body.particles,
         optional("a file with its particles instead: columns of CSV with a head, or datasets of HDF5, x, y, volume, and, "
@@ -100,29 +143,10 @@ void declare(io::Keys& keys, Setup::Deformable& body, const std::vector<std::str
 
 void declare(io::Keys& keys, Setup::Rigid& body) {
     keys.option("name", body.name, optional("for messages and the columns of its force"));
-    declare_shape(keys, body.shape, needed("where its points are at the start"));
-    keys.toml(
-        "velocity", optional("constant velocity", "m/s"), "two numbers",
-        [&body] {
-            const Velocity v = body.velocity.after(0.0);
-            return body.velocity.is_constant() ? io::toml_array({v.u, v.v}) : "";
-        },
-        [&body](const std::string& toml) { body.velocity = velocity_of(toml); });
-    keys.toml(
-        "history", optional("velocity in the course of time, instead: linear from knot to knot", "s, m/s"),
-        "[[time, x, y], ...]; two knots at one time are a jump",
-        [&body] {
-            std::string rows;
-            for (const auto& [time, v] : body.velocity.knots())
-                rows += (rows.empty() ? "" : ", ") + io::toml_array({time, v.u, v.v});
-            return body.velocity.is_constant() ? std::string() : fmt::format("[{}]", rows);
-        },
-        [&body](const std::string& toml) {
-            std::vector<History<Velocity>::Knot> knots;
-            for (const std::vector<double>& row : read_rows(value_of(toml), {3}))
-                knots.push_back({row[0], {row[1], row[2]}});
-            body.velocity = History<Velocity>(std::move(knots));
-        });
+    declare_shape(keys, "shape", body.shape, needed("where its points are at the start"));
+    declare_constant(keys, "velocity", body.velocity, optional("constant velocity", "m/s"));
+    declare_history(keys, "history", body.velocity,
+                    optional("velocity in the course of time, instead: linear from knot to knot", "s, m/s"), false);
     keys.choice(
         "contact", body.contact,
         {{"nodes", Setup::Contact::nodes, "it holds the nodes that its points touch, from up to two cells away, and pulls"},
@@ -130,21 +154,9 @@ void declare(io::Keys& keys, Setup::Rigid& body) {
           "bodies touch its surface and slide on it; its shape is a rectangle, a disk or a polygon"}},
         optional("how it acts on bodies"));
     keys.option("friction", body.friction, optional("Coulomb's coefficient on its surface", "1", io::not_negative));
-    keys.toml(
-        "spin", optional("angular velocity in the course of time, of one with a surface: linear from knot to knot", "s, 1/s"),
-        "[[time, angular velocity], ...]",
-        [&body] {
-            std::string rows;
-            for (const auto& [time, spin] : body.spin.knots())
-                rows += (rows.empty() ? "" : ", ") + io::toml_array({time, spin});
-            return body.spin.is_constant() && body.spin.after(0.0) == 0.0 ? std::string() : fmt::format("[{}]", rows);
-        },
-        [&body](const std::string& toml) {
-            std::vector<History<double>::Knot> knots;
-            for (const std::vector<double>& row : read_rows(value_of(toml), {2}))
-                knots.push_back({row[0], row[1]});
-            body.spin = History<double>(std::move(knots));
-        });
+    declare_history(
+        keys, "spin", body.spin,
+        optional("angular velocity in the course of time, of one with a surface: linear from knot to knot", "s, 1/s"));
     declare_numbers(keys, "centre", body.centre, 2, optional("that it turns about; default: the middle of its points", "m"));
     keys.toml(
         "holds", optional("components of the velocity of nodes that it prescribes; [\"x\", \"y\"] sticks"),
@@ -165,6 +177,18 @@ void declare(io::Keys& keys, Setup::Rigid& body) {
         });
     keys.option("particles-per-side", body.particles_per_side,
                 optional("along a cell's side; 0: as the option of this name", "", io::between(0, 100)));
+}
+
+void declare(io::Keys& keys, Setup::EdgeLoad& load) {
+    keys.option("name", load.name, optional("for messages"));
+    keys.option("body", load.body, optional("which body it acts on; default: all"));
+    declare_shape(keys, "region", load.region,
+                  needed("where: on the sides of the body's edge whose middles, a particle's width apart, lie there"));
+    declare_history(keys, "pressure", load.pressure,
+                    optional("on the deformed edge, against its normal: linear from knot to knot", "s, Pa"));
+    declare_history(keys, "traction", load.traction, optional("in a fixed direction, on the area at the start", "s, Pa"));
+    declare_history(keys, "force", load.force,
+                    optional("the same, all of it together, of a metre of thickness or a radian", "s, N"));
 }
 
 void declare(io::Keys& keys, Setup::Measure& measure) {
@@ -287,23 +311,54 @@ void give_surface(RigidBody& body, const Setup::Rigid& rigid) {
         rigid.centre.empty() ? std::array{middle(body.x), middle(body.y)} : std::array{rigid.centre[0], rigid.centre[1]};
 }
 
+/// Calls `visit(body, first, last)` for the bodies, by number, and their particles, which are one after another.
+void for_each_body(const Particles& particles, const auto& visit) {
+    for (std::size_t first = 0, last = 0; first < particles.size(); first = last) {
+        while (last < particles.size() && particles.body[last] == particles.body[first])
+            ++last;
+        visit(static_cast<std::size_t>(particles.body[first]), first, last);
+    }
+}
+
 /// To all bodies, once they have their particles.
 void add_surfaces(Problem& problem, const Setup& setup, Method method) {
     // of a layer of particles: explicit steps bear one of the material; at ten Newton's iterations are as many, at a hundred
     // twice
     const double stiffness = method == Method::explicit_steps ? 1.0 : 10.0;
     Particles& particles = problem.start.particles;
-    for (std::size_t first = 0, last = 0; first < particles.size(); first = last) {
-        const std::int64_t number = particles.body[first];
-        while (last < particles.size() && particles.body[last] == number)
-            ++last;
+    for_each_body(particles, [&](std::size_t body, std::size_t first, std::size_t last) {
         const auto& law = problem.scene.materials[static_cast<std::size_t>(particles.material[first])].law;
-        add_surface(particles, first, last, setup.bodies[static_cast<std::size_t>(number)].shape,
-                    stiffness * law->elasticity().alpha(), problem.scene);
-    }
+        add_surface(particles, first, last, setup.bodies[body].shape, stiffness * law->elasticity().alpha(), problem.scene);
+    });
     for (std::size_t b = 0; b < problem.start.rigid_bodies.size(); ++b)
         if (problem.start.rigid_bodies[b].friction > 0.0)
             particles.surface.provide_friction(b);
+}
+
+void add_load(Problem& problem, const Setup& setup, const Setup::EdgeLoad& load) {
+    const std::vector<std::string> bodies = names_of(setup.bodies);
+    if (!load.body.empty() && std::ranges::find(bodies, load.body) == bodies.end())
+        throw InputError(fmt::format("the load '{}' acts on the body '{}', which the scene does not have{}", load.name, load.body,
+                                     io::did_you_mean(load.body, bodies)));
+    const auto number = static_cast<std::int64_t>(problem.scene.loads.size());
+    problem.scene.loads.push_back({load.name, load.pressure, load.traction});
+    LoadedSides& loaded = problem.start.particles.loaded;
+    const std::size_t before = loaded.size();
+    for_each_body(problem.start.particles, [&](std::size_t body, std::size_t first, std::size_t last) {
+        if (load.body.empty() || load.body == bodies[body])
+            add_loaded_sides(problem.start.particles, first, last, setup.bodies[body].shape, load.region, number, problem.scene);
+    });
+    if (load.force == History<Velocity>())
+        return;
+    if (load.traction != History<Velocity>())
+        throw InputError(fmt::format("the load '{}' has both a traction and a force: give one of them", load.name));
+    const double area = std::accumulate(loaded.area.begin() + static_cast<std::ptrdiff_t>(before), loaded.area.end(), 0.0);
+    if (!(area > 0.0)) // check() says so
+        return;
+    std::vector<History<Velocity>::Knot> knots = load.force.knots();
+    for (auto& knot : knots)
+        knot.value = knot.value / area;
+    problem.scene.loads.back().traction = History<Velocity>(std::move(knots));
 }
 
 } // namespace
@@ -318,8 +373,12 @@ void visit(io::Tables& tables, Setup& setup) {
                 [&](io::Keys& keys, Setup::Deformable& body) { declare(keys, body, materials); });
     tables.list("rigid-bodies", "Rigid bodies, which move as prescribed", setup.rigid_bodies,
                 [](io::Keys& keys, Setup::Rigid& body) { declare(keys, body); });
+    tables.list("loads", "Loads on the edges of bodies", setup.loads,
+                [](io::Keys& keys, Setup::EdgeLoad& load) { declare(keys, load); });
     tables.table("body-force", "Gravity and the like", [&](io::Keys& keys) {
-        declare_numbers(keys, "acceleration", setup.acceleration, 2, optional("of every particle", "m/s^2"));
+        declare_constant(keys, "acceleration", setup.acceleration, optional("of every particle", "m/s^2"));
+        declare_history(keys, "history", setup.acceleration,
+                        optional("the same in the course of time, instead: linear from knot to knot", "s, m/s^2"), false);
     });
     tables.list("observables", "Columns of history.csv besides those that every scene has: factor * quantity + offset",
                 setup.observables, [](io::Keys& keys, Setup::Measure& measure) { declare(keys, measure); });
@@ -350,6 +409,7 @@ Problem make_problem(const Setup& setup, const Options& options) {
     check_names(names_of(setup.bodies), "bodies");
     check_names(names_of(setup.rigid_bodies), "rigid bodies");
     check_names(names_of(setup.observables), "observables");
+    check_names(names_of(setup.loads), "loads");
     for (const MaterialData& material : setup.materials) {
         try {
             problem.scene.materials.push_back({make_law(material), material.heat_capacity});
@@ -381,8 +441,13 @@ Problem make_problem(const Setup& setup, const Options& options) {
     }
     if (problem.scene.surface_contact)
         add_surfaces(problem, setup, options.method);
-    if (const std::array b{setup.acceleration.at(0), setup.acceleration.at(1)}; b[0] != 0.0 || b[1] != 0.0)
-        problem.scene.body_force = [b](std::int64_t, double, double, double) { return b; };
+    for (const Setup::EdgeLoad& load : setup.loads)
+        add_load(problem, setup, load);
+    if (setup.acceleration != History<Velocity>())
+        problem.scene.body_force = [history = setup.acceleration](std::int64_t, double, double, double time) {
+            const Velocity b = history.after(time);
+            return std::array{b.u, b.v};
+        };
     for (const Setup::Measure& measure : setup.observables)
         problem.observables.push_back(make_observable(measure, setup));
     problem.curve_x = setup.curve.x;

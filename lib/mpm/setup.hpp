@@ -65,7 +65,17 @@ struct Setup {
     std::vector<MaterialData> materials = {};
     std::vector<Deformable> bodies = {};
     std::vector<Rigid> rigid_bodies = {};
-    std::vector<double> acceleration = {0.0, 0.0}; ///< [body-force], specific, constant [m/s^2]
+    /// [[loads]]: on the edges of bodies within a region.
+    struct EdgeLoad {
+        std::string name = "load";
+        std::string body = {}; ///< one of the bodies; empty: all
+        Shape region = {};
+        History<double> pressure = {};
+        History<Velocity> traction = {}; ///< on the area at the start [Pa]
+        History<Velocity> force = {};    ///< the whole of it, shared out by area [N, a metre of thickness or a radian]
+    };
+    std::vector<EdgeLoad> loads = {};
+    History<Velocity> acceleration = {}; ///< [body-force], specific [m/s^2]
     std::vector<Measure> observables = {};
     Curve curve = {};
 };

@@ -32,6 +32,7 @@ struct StepEnergies {
     double of_method = 0.0;    ///< N
     double of_change = 0.0;    ///< dv . M_c dv/2: how much of a motion the step has changed; without inertia none
     double surface_work = 0.0; ///< of rigid bodies by their surfaces, instead of R
+    double load_work = 0.0;    ///< of loads on edges: another W
     double friction = 0.0;     ///< dissipated by slipping over them
     double in_contact = 0.0;   ///< growth of the energy stored in contacts
 };

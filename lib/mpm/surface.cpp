@@ -59,10 +59,8 @@ Gap gap_to_polygon(const std::vector<Point>& corners, const Point& place) {
     return {sign * least, sign / least * away, sign / least};
 }
 
-/// Calls `visit(place, share)` for points of an outline up to `spacing` apart, and the part of its length that each stands for,
-/// as far as the outline is the edge of the shape.
-void for_each_edge_point(const Outline& outline, const Shape& shape, double spacing,
-                         const std::function<double(const Point&)>& weight, const auto& visit) {
+/// Points of an outline up to `spacing` apart, corners included.
+std::vector<Point> places_on(const Outline& outline, double spacing) {
     std::vector<Point> corners = outline.corners;
     if (corners.empty()) {
         const int sides = std::max(12, static_cast<int>(std::ceil(2.0 * std::numbers::pi * outline.radius / spacing)));
@@ -78,24 +76,40 @@ void for_each_edge_point(const Outline& outline, const Shape& shape, double spac
         for (int j = 0; j < parts; ++j)
             places.push_back(corners[k] + (static_cast<double>(j) / parts) * side);
     }
-    std::vector<Point> side(places.size());
+    return places;
+}
+
+/// Which side of the way from one place to another is outside of a shape: 1, the right one, -1, the left one, or 0, both or none:
+/// it is no edge. Looked for a little beside the middle, farther than a chord of a circle is from that.
+int outside(const Shape& shape, const Point& from, const Point& to, double spacing) {
+    const Point side = to - from, middle = 0.5 * (from + to);
+    const double size = length(side);
+    if (!(size > 0.0))
+        return 0;
+    const Point right = (0.25 * spacing / size) * Point{side[1], -side[0]};
+    return static_cast<int>(shape(middle[0] - right[0], middle[1] - right[1])) -
+           static_cast<int>(shape(middle[0] + right[0], middle[1] + right[1]));
+}
+
+/// Calls `visit(place, share)` for points of an outline, and the part of its length that each stands for, as far as the outline
+/// is the edge of the shape.
+void for_each_edge_point(const Outline& outline, const Shape& shape, double spacing,
+                         const std::function<double(const Point&)>& weight, const auto& visit) {
+    const std::vector<Point> places = places_on(outline, spacing);
     std::vector<double> before(places.size(), 0.0),
         after(places.size(), 0.0); // what a place stands for of the sides that meet there
     for (std::size_t k = 0; k < places.size(); ++k) {
         const std::size_t next = (k + 1) % places.size();
-        side[k] = places[next] - places[k];
-        const Point middle = 0.5 * (places[k] + places[next]);
-        const double size = length(side[k]);
-        const Point aside = (0.25 * spacing / size) * Point{side[k][1], -side[k][0]};
-        if (!(size > 0.0) ||
-            shape(middle[0] + aside[0], middle[1] + aside[1]) == shape(middle[0] - aside[0], middle[1] - aside[1]))
-            continue; // not the edge
-        after[k] = 0.5 * size * weight(0.75 * places[k] + 0.25 * places[next]);
-        before[next] = 0.5 * size * weight(0.25 * places[k] + 0.75 * places[next]);
+        if (outside(shape, places[k], places[next], spacing) == 0)
+            continue;
+        const double half = 0.5 * length(places[next] - places[k]);
+        after[k] = half * weight(0.75 * places[k] + 0.25 * places[next]);
+        before[next] = half * weight(0.25 * places[k] + 0.75 * places[next]);
     }
     for (std::size_t k = 0; k < places.size(); ++k) {
-        const Point& last = side[(k + places.size() - 1) % places.size()];
-        const double along = dot(last, side[k]) / (length(last) * length(side[k]));
+        const Point last = places[k] - places[(k + places.size() - 1) % places.size()];
+        const Point next = places[(k + 1) % places.size()] - places[k];
+        const double along = dot(last, next) / (length(last) * length(next));
         // a plane that a sharp corner lies on sees one of the sides
         const double share = std::max(before[k], after[k]) + std::max(along, 0.0) * std::min(before[k], after[k]);
         if (share > 0.0)
@@ -127,6 +141,15 @@ public:
                             found = p;
                         }
         return found;
+    }
+
+    /// Whether no particle lies beyond the side of a particle's box that is `towards` there from its middle.
+    [[nodiscard]] bool none_beyond(std::size_t p, const Point& towards) const {
+        const Point beyond = Point{particles_.x[p], particles_.y[p]} + 2.0 * towards;
+        const std::size_t other = nearest(beyond);
+        return other == particles_.size() || other == p ||
+               std::hypot(particles_.x[other] - beyond[0], particles_.y[other] - beyond[1]) >
+                   1.4 * std::max(particles_.half_width[p], particles_.half_height[p]);
     }
 
 private:
@@ -218,12 +241,7 @@ void add_surface(Particles& particles, std::size_t first, std::size_t last, cons
     // of particles without a shape, the corners of their boxes at sides beyond which there is no other
     for (std::size_t p = first; p < last; ++p) {
         const Point centre{particles.x[p], particles.y[p]}, half{particles.half_width[p], particles.half_height[p]};
-        const auto is_edge = [&](const Point& towards) {
-            const Point beyond = centre + 2.0 * towards;
-            const std::size_t other = neighbours.nearest(beyond);
-            return other == particles.size() || other == p ||
-                   std::hypot(particles.x[other] - beyond[0], particles.y[other] - beyond[1]) > 1.4 * std::max(half[0], half[1]);
-        };
+        const auto is_edge = [&](const Point& towards) { return neighbours.none_beyond(p, towards); };
         for (const double a : {-1.0, 1.0})
             for (const double b : {-1.0, 1.0}) {
                 const Point to_x{a * half[0], 0.0}, to_y{0.0, b * half[1]}, corner = centre + to_x + to_y;
@@ -231,6 +249,49 @@ void add_surface(Particles& particles, std::size_t first, std::size_t last, cons
                 const double above = is_edge(to_y) ? half[0] * radius(corner - 0.5 * to_x) : 0.0;
                 if (const double share = std::max(beside, above); share > 0.0)
                     add(corner, share);
+            }
+    }
+}
+
+void add_loaded_sides(Particles& particles, std::size_t first, std::size_t last, const Shape& shape, const Shape& region,
+                      std::int64_t load, const Scene& scene) {
+    const Neighbours neighbours(scene.grid, particles, first, last);
+    LoadedSides& loaded = particles.loaded;
+    const auto add = [&](const Point& from, const Point& to) {
+        const Point middle = 0.5 * (from + to);
+        if (!region(middle[0], middle[1]) || !contains(scene.grid, middle[0], middle[1]))
+            return;
+        const std::size_t p = neighbours.nearest(middle);
+        if (p == particles.size())
+            return;
+        loaded.particle.push_back(particles.id[p]);
+        loaded.x.push_back(middle[0] - particles.x[p]);
+        loaded.y.push_back(middle[1] - particles.y[p]);
+        loaded.along_x.push_back(to[0] - from[0]);
+        loaded.along_y.push_back(to[1] - from[1]);
+        loaded.area.push_back(length(to - from) * (scene.geometry == Geometry::axisymmetric ? middle[0] : 1.0));
+        loaded.load.push_back(load);
+    };
+    const double spacing = 2.0 * std::min(particles.half_width[first], particles.half_height[first]);
+    for (const Outline& outline : shape.outlines()) {
+        const std::vector<Point> places = places_on(outline, spacing);
+        for (std::size_t k = 0; k < places.size(); ++k) {
+            const Point &from = places[k], &to = places[(k + 1) % places.size()];
+            if (const int right = outside(shape, from, to, spacing); right > 0)
+                add(from, to);
+            else if (right < 0)
+                add(to, from);
+        }
+    }
+    if (!shape.outlines().empty())
+        return;
+    for (std::size_t p = first; p < last; ++p) {
+        const Point centre{particles.x[p], particles.y[p]};
+        const double a = particles.half_width[p], b = particles.half_height[p];
+        for (const Point& out : {Point{a, 0.0}, Point{-a, 0.0}, Point{0.0, b}, Point{0.0, -b}})
+            if (neighbours.none_beyond(p, out)) {
+                const Point along = out[0] != 0.0 ? Point{0.0, std::copysign(b, out[0])} : Point{std::copysign(a, -out[1]), 0.0};
+                add(centre + out - along, centre + out + along);
             }
     }
 }

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <ductile/mpm/forwarding.hpp>
 #include <ductile/mpm/plane_vector.hpp>
 #include <ductile/mpm/surface_contact.hpp>
 
@@ -39,14 +40,14 @@ struct Force {
 
 double stored(const Touch& touch, double gap) { return gap < 0.0 ? 0.5 * touch.stiffness * gap * gap : 0.0; }
 
-class SurfaceContact final : public Discretisation {
+class SurfaceContact final : public Forwarding {
 public:
     SurfaceContact(std::unique_ptr<Discretisation> within, const Scene& scene, bool midpoint)
-        : within_(std::move(within)), midpoint_(midpoint && scene.finite_rotation),
+        : Forwarding(std::move(within)), midpoint_(midpoint && scene.finite_rotation),
           reach_(2.0 * std::max(scene.grid.dx(), scene.grid.dy())) {}
 
     void prepare(Particles& particles, std::span<const RigidBody> rigid_bodies, double time, double dt) override {
-        within_->prepare(particles, rigid_bodies, time, dt);
+        within().prepare(particles, rigid_bodies, time, dt);
         place_of_particle_.resize(particles.size());
         for (std::size_t p = 0; p < particles.size(); ++p)
             place_of_particle_[static_cast<std::size_t>(particles.id[p])] = p;
@@ -63,43 +64,27 @@ public:
         find_touches(particles);
     }
 
-    [[nodiscard]] const ActiveNodes& nodes() const override { return within_->nodes(); }
-    [[nodiscard]] bool moves() const override { return within_->moves(); }
-    [[nodiscard]] Stencil stencil(std::size_t p) const override { return within_->stencil(p); }
-    [[nodiscard]] int reach() const override { return within_->reach(); }
-    void body_force(const Particles& particles, double time, std::span<double> force) const override {
-        within_->body_force(particles, time, force);
-    }
-    void consistent_mass_times(const Particles& particles, std::span<const double> x, std::span<double> result) const override {
-        within_->consistent_mass_times(particles, x, result);
-    }
-    void consistent_mass_blocks(const Particles& particles, const AddBlock& add) const override {
-        within_->consistent_mass_blocks(particles, add);
-    }
-    [[nodiscard]] Forecast forecast(const Particles& particles, const NodalMotion& motion) const override {
-        return within_->forecast(particles, motion);
-    }
     [[nodiscard]] std::span<const std::array<double, 2>> surface_forces() const override { return forces_; }
     [[nodiscard]] std::size_t memory_bytes() const override {
-        return within_->memory_bytes() + sizeof(Touch) * touches_.capacity() +
+        return within().memory_bytes() + sizeof(Touch) * touches_.capacity() +
                sizeof(std::size_t) * place_of_particle_.capacity();
     }
 
     void internal_force(const Particles& particles, std::span<double> force, std::span<double> magnitudes) const override {
-        within_->internal_force(particles, force, magnitudes);
+        within().internal_force(particles, force, magnitudes);
         for (const Touch& touch : touches_)
             scatter(touch, force_at_begin(touch), force, magnitudes);
     }
 
     void force_after(const Particles& particles, std::span<const double> velocity, double dt, std::span<double> force,
                      std::span<double> magnitudes) const override {
-        within_->force_after(particles, velocity, dt, force, magnitudes);
+        within().force_after(particles, velocity, dt, force, magnitudes);
         for (const Touch& touch : touches_)
             scatter(touch, after(touch, dt * velocity_of(touch, velocity)).force(), force, magnitudes);
     }
 
     void linearise(const Particles& particles, std::span<const double> velocity, double dt) override {
-        within_->linearise(particles, velocity, dt);
+        within().linearise(particles, velocity, dt);
         stiffness_.clear();
         for (const Touch& touch : touches_) {
             stiffness_.push_back(derivative(touch, dt * velocity_of(touch, velocity)));
@@ -109,7 +94,7 @@ public:
     }
 
     void stiffness_times(std::span<const double> x, std::span<double> result) const override {
-        within_->stiffness_times(x, result);
+        within().stiffness_times(x, result);
         for (std::size_t t = 0; t < touches_.size(); ++t) {
             const Vector v = velocity_of(touches_[t], x);
             const auto& k = stiffness_[t];
@@ -118,7 +103,7 @@ public:
     }
 
     void stiffness_diagonal(std::span<double> diagonal) const override {
-        within_->stiffness_diagonal(diagonal);
+        within().stiffness_diagonal(diagonal);
         for_each_block([&](const Stencil& s, std::size_t i, std::size_t j, const std::array<double, 4>& block) {
             if (s.node[i] == s.node[j]) {
                 diagonal[2 * s.node[i]] += block[0];
@@ -128,7 +113,7 @@ public:
     }
 
     void stiffness_blocks(const AddBlock& add) const override {
-        within_->stiffness_blocks(add);
+        within().stiffness_blocks(add);
         std::vector<double> matrix;
         for_each_block([&](const Stencil& s, std::size_t i, std::size_t j, const std::array<double, 4>& block) {
             const std::size_t width = 2 * s.count;
@@ -173,7 +158,7 @@ public:
         for (std::size_t t = 0; t < touches_.size(); ++t)
             if (touches_[t].friction > 0.0)
                 particles.surface.held[touches_[t].body][touches_[t].point] = outcomes[t].held();
-        ParticleEnergies energies = within_->advance(particles, motion);
+        ParticleEnergies energies = within().advance(particles, motion);
         energies.add(of_contact);
         return energies;
     }
@@ -193,7 +178,7 @@ private:
                 const Vector way = end_[b].place(body, begin_[b].at_start(body, place)) - place;
                 if (gap.gap > reach_ + std::hypot(way[0], way[1]))
                     continue;
-                const Stencil stencil = within_->stencil(p);
+                const Stencil stencil = within().stencil(p);
                 Touch touch{c, b, stencil, stencil.value, place, way, gap, surface.stiffness[c], body.friction, 0.0};
                 if (body.friction > 0.0)
                     touch.held = surface.held[b][c];
@@ -209,7 +194,7 @@ private:
     void move_points(Particles& particles, const NodalMotion& motion) const {
         SurfacePoints& surface = particles.surface;
         for (std::size_t c = 0; c < surface.size(); ++c) {
-            const Stencil s = within_->stencil(place_of_particle_[static_cast<std::size_t>(surface.particle[c])]);
+            const Stencil s = within().stencil(place_of_particle_[static_cast<std::size_t>(surface.particle[c])]);
             Vector change{};
             for (std::size_t k = 0; k < s.count; ++k) {
                 const double along = motion.dt * (surface.x[c] * s.slope_x[k] + surface.y[c] * s.slope_y[k]);
@@ -310,7 +295,6 @@ private:
         }
     }
 
-    std::unique_ptr<Discretisation> within_;
     bool midpoint_;
     double reach_;                               ///< a step moves no particle farther than two cells
     std::vector<std::size_t> place_of_particle_; // by its number

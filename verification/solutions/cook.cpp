@@ -29,7 +29,9 @@ void load(Table& table, const auto& shape, Geometry geometry, double poisson_rat
                 .finite_rotation = false};
     State state;
     Particles& p = state.particles;
-    const Shape membrane = [](double x, double y) { return x < 48.0 && y > 44.0 * x / 48.0 && y < 44.0 + 16.0 * x / 48.0; };
+    const Shape membrane = [](double x, double y) {
+        return x > 0.0 && x < 48.0 && y > 44.0 * x / 48.0 && y < 44.0 + 16.0 * x / 48.0;
+    };
     add_body(p, {.shape = membrane, .density = 1.0}, scene);
     const Places start(p);
     const auto in_last_column = [&](std::size_t id) { return start.x[id] > 48.0 - 0.5 * h; };
