@@ -41,7 +41,7 @@ Setup make_billet(const BilletOptions& o, const Options& options) {
             .rigid_bodies = {{.name = "platen",
                               .shape = rectangle(0.0, 16e-3, width, height),
                               .velocity = Velocity{0.0, -o.speed},
-                              .holds_x = !o.frictionless,
+                              .holds_x = !o.frictionless || o.contact == Setup::Contact::surface,
                               .contact = o.contact,
                               .friction = o.friction}},
             .observables = {{.name = "deflection_m", .quantity = "displacement-y", .factor = -1.0},
@@ -89,8 +89,9 @@ int main(int argc, char** argv) {
                        {{"nodes", Setup::Contact::nodes, "the paper's: the platen holds nodes, from a cell or two away"},
                         {"surface", Setup::Contact::surface, "the billet's surface touches the platen's, and rubs on it"}},
                        {"Billet", "how the platen acts"});
-        program.option("--friction", billet.friction,
-                       {"Billet", "Coulomb's coefficient with --contact surface", "1", io::not_negative});
+        program.option(
+            "--friction", billet.friction,
+            {"Billet", "Coulomb's coefficient with --contact surface; with 0 the billet slides", "1", io::not_negative});
         program.option("--speed", billet.speed, {"Billet", "of the platen", "m/s", io::positive});
         if (!program.parse(argc, argv))
             return 0;

@@ -147,6 +147,23 @@ TEST_CASE("new nodes of bodies with several leading points, and for wider points
     CHECK(time_to_new_nodes(body, 0.0, grid, 0.0, 1e-9).time > 1e300);
 }
 
+TEST_CASE("no point of a surface turns by a cell in a step; knots of a spin end steps") {
+    State state = scene();
+    RigidBody& body = state.rigid_bodies[0];
+    body.velocity = Velocity{};
+    body.surface = rectangle(0.0, 0.85, 0.8, 0.95).outlines().front();
+    body.centre = {0.4, 0.9};
+    body.spin = History<double>({{0.0, 2.0}, {0.2, 2.0}, {0.2, 0.5}});
+    StepControl control({.target = 1.0, .first = 1.0, .grid = grid, .ends_at_contact = true});
+    const StepControl::Step step = take(control, state);
+    CHECK(step.limit == StepLimit::rigid_travel);
+    CHECK(step.dt == doctest::Approx(0.099 / (2.0 * std::hypot(0.4, 0.05))));
+    const StepControl::Step next = take(control, state);
+    CHECK(next.limit == StepLimit::history_knot);
+    CHECK(state.time == 0.2);
+    CHECK(take(control, state).dt == doctest::Approx(0.099 / (0.5 * std::hypot(0.4, 0.05))));
+}
+
 TEST_CASE("no rigid body travels a cell, a failure halves the step, and many Newton iterations shorten the next") {
     State state = scene();
     StepControl control({.target = 0.5, .first = 0.5, .growth = 1.2, .grid = grid, .many_newton_iterations = 20});

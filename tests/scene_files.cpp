@@ -423,6 +423,7 @@ TEST_CASE("contact by surfaces, turning and rubbing, goes on from a checkpoint w
     for (const auto& [from, to, message] :
          {std::tuple{"contact = \"surface\"", "contact = \"nodes\"", "holds nodes, and has a friction, a spin or a centre"},
           {"friction = 0.1", "friction = -0.1", "friction"},
+          {"friction = 0.1", "holds = [\"y\"]", "says what it holds"},
           {"shape = {rectangle = [0, 0.014, 0.024, 0.018]}",
            "shape = {union = [{disk = [0.01, 0.02, 0.002]}, {disk = [0.02, 0.02, 0.002]}]}", "its shape is made of several"}}) {
         std::string other = text;

@@ -52,6 +52,9 @@ struct RigidBody {
     std::array<double, 2> centre = {};   ///< that it turns about, at time 0
 };
 
+/// How far the surface reaches from the centre that it turns about [m]; zero without one.
+[[nodiscard]] double reach_of(const RigidBody& body);
+
 /// Where a rigid body is: displaced, and turned about its centre.
 struct Pose {
     Velocity displacement = {}; ///< [m]

@@ -190,7 +190,8 @@ void check_rigid_travel(const Scene& scene, const State& state, double end) {
     for (const RigidBody& body : state.rigid_bodies) {
         const double speed = body.velocity.largest(
             [](const Velocity& velocity) { return std::max(std::abs(velocity.u), std::abs(velocity.v)); }, state.time);
-        const double cells = speed * (end - state.time) / scene.grid.smallest_spacing();
+        const double spin = body.spin.largest([](double value) { return std::abs(value); }, state.time);
+        const double cells = (speed + reach_of(body) * spin) * (end - state.time) / scene.grid.smallest_spacing();
         if (cells > 1e9)
             throw InputError(
                 fmt::format("the rigid body '{}' would cross {:.3g} cells of the grid in the run, one or less a step: its "

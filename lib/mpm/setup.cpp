@@ -301,6 +301,11 @@ void give_surface(RigidBody& body, const Setup::Rigid& rigid) {
         throw InputError(fmt::format("the rigid body '{}' has a surface, and its shape is made of several: take a rectangle, a "
                                      "disk or a polygon, and a rigid body for each",
                                      rigid.name));
+    if (!rigid.holds_x || !rigid.holds_y)
+        throw InputError(
+            fmt::format("the rigid body '{}' has a surface, and says what it holds, which is of one that holds nodes: leave "
+                        "'holds' out, friction = 0 lets bodies slide",
+                        rigid.name));
     body.surface = outlines.front();
     body.friction = rigid.friction;
     body.spin = rigid.spin;
@@ -322,12 +327,14 @@ void for_each_body(const Particles& particles, const auto& visit) {
 
 /// To all bodies, once they have their particles.
 void add_surfaces(Problem& problem, const Setup& setup, Method method) {
-    // of a layer of particles: explicit steps bear one of the material; at ten Newton's iterations are as many, at a hundred
-    // twice
-    const double stiffness = method == Method::explicit_steps ? 1.0 : 10.0;
+    // of a layer as thick as a particle: ten times the material leaves Newton's iterations as many, a hundred doubles them;
+    // explicit steps bear the material in a layer as thick as half of a cell
+    const double half_cell = 0.5 * problem.scene.grid.smallest_spacing();
     Particles& particles = problem.start.particles;
     for_each_body(particles, [&](std::size_t body, std::size_t first, std::size_t last) {
         const auto& law = problem.scene.materials[static_cast<std::size_t>(particles.material[first])].law;
+        const double layer = 2.0 * std::sqrt(particles.half_width[first] * particles.half_height[first]);
+        const double stiffness = method == Method::explicit_steps ? layer / half_cell : 10.0;
         add_surface(particles, first, last, setup.bodies[body].shape, stiffness * law->elasticity().alpha(), problem.scene);
     });
     for (std::size_t b = 0; b < problem.start.rigid_bodies.size(); ++b)

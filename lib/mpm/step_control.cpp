@@ -73,6 +73,12 @@ StepControl::Step StepControl::by_rigid_bodies(const State& state) const {
         for (const Way& way : ways(body, now, options_.grid))
             if (const double time = time_to_cover(largest_travel * way.cell, way.velocity, way.acceleration); time < step.dt)
                 step = {time, StepLimit::rigid_travel, planned};
+    for (const RigidBody& body : state.rigid_bodies)
+        if (const double time =
+                time_to_cover(largest_travel * options_.grid.smallest_spacing(), reach_of(body) * std::abs(body.spin.after(now)),
+                              reach_of(body) * std::abs(body.spin.slope(now)));
+            time < step.dt)
+            step = {time, StepLimit::rigid_travel, planned};
     if (!options_.ends_at_contact)
         return step;
     const double limit = step.dt;

@@ -19,7 +19,8 @@ enum class StepLimit { target, ramp, failed_step, newton_iterations, rigid_trave
 /// - no farther than to where a rigid body reaches new nodes: contact, which is looked for at the beginning of a step, would come
 ///   up to a step late. Always while the body touches nothing, and from there the steps grow anew; in contact where this happens
 ///   seldom, or with every step or two, so that it would be missed;
-/// - about a cell of a rigid body's way at most: it would pass through what it is to push, without an error;
+/// - about a cell of a rigid body's way at most, and of what its spin moves of its surface: it would pass through what it is to
+/// push, without an error;
 /// - half as long after a failure;
 /// - 0.7 times as long after a step that needed many Newton iterations; no longer after one that needed half as many;
 /// - to the end or the next knot of a rigid body's history at most, and exactly there: the rest of a step that was cut so is

@@ -176,6 +176,15 @@ PlaneVector Pose::at_start(const RigidBody& body, const PlaneVector& place) cons
     return body.centre + Point{cosine * arm[0] + sine * arm[1], cosine * arm[1] - sine * arm[0]};
 }
 
+double reach_of(const RigidBody& body) {
+    if (!body.surface)
+        return 0.0;
+    double reach = body.surface->corners.empty() ? length(body.surface->centre - body.centre) + body.surface->radius : 0.0;
+    for (const Point& corner : body.surface->corners)
+        reach = std::max(reach, length(corner - body.centre));
+    return reach;
+}
+
 Pose pose_of(const RigidBody& body, double time) {
     const double angle = body.spin.displacement(time);
     return {body.velocity.displacement(time), std::cos(angle), std::sin(angle)};

@@ -51,7 +51,7 @@ public:
         place_of_particle_.resize(particles.size());
         for (std::size_t p = 0; p < particles.size(); ++p)
             place_of_particle_[static_cast<std::size_t>(particles.id[p])] = p;
-        bodies_.assign(rigid_bodies.begin(), rigid_bodies.end());
+        bodies_ = rigid_bodies;
         begin_.clear();
         middle_.clear();
         end_.clear();
@@ -128,14 +128,13 @@ public:
 
     ParticleEnergies advance(Particles& particles, const NodalMotion& motion) override {
         ParticleEnergies of_contact;
-        std::vector<Force> outcomes;
-        outcomes.reserve(touches_.size());
+        outcomes_.clear();
         std::ranges::fill(forces_, std::array<double, 2>{});
         for (const Touch& touch : touches_) {
             const Vector way = motion.dt * velocity_of(touch, motion.straining);
             const Force felt = after(touch, way);
             // in the momentum form particles move with another velocity than the one that strains them
-            const Force& end = outcomes.emplace_back(after(touch, way + motion.dt * carried(touch, motion)));
+            const Force& end = outcomes_.emplace_back(after(touch, way + motion.dt * carried(touch, motion)));
             const Vector begin = force_at_begin(touch);
             const Vector acting = (1.0 - motion.weight_at_end) * begin + motion.weight_at_end * felt.force();
             forces_[touch.body] = forces_[touch.body] - acting;
@@ -155,9 +154,13 @@ public:
         move_points(particles, motion);
         for (auto& held : particles.surface.held)
             std::ranges::fill(held, 0.0);
-        for (std::size_t t = 0; t < touches_.size(); ++t)
-            if (touches_[t].friction > 0.0)
-                particles.surface.held[touches_[t].body][touches_[t].point] = outcomes[t].held();
+        for (std::size_t t = 0; t < touches_.size(); ++t) {
+            Touch& touch = touches_[t];
+            if (touch.friction > 0.0)
+                particles.surface.held[touch.body][touch.point] = outcomes_[t].held();
+            touch.gap = outcomes_[t].end; // internal_force() is that of the particles where they are now
+            touch.held = outcomes_[t].held();
+        }
         ParticleEnergies energies = within().advance(particles, motion);
         energies.add(of_contact);
         return energies;
@@ -298,9 +301,10 @@ private:
     bool midpoint_;
     double reach_;                               ///< a step moves no particle farther than two cells
     std::vector<std::size_t> place_of_particle_; // by its number
-    std::vector<RigidBody> bodies_;
-    std::vector<Pose> begin_, middle_, end_; // of the bodies
+    std::span<const RigidBody> bodies_;          // where prepare() found them, until the step has been made
+    std::vector<Pose> begin_, middle_, end_;     // of the bodies
     std::vector<Touch> touches_;
+    std::vector<Force> outcomes_;                  // of touches, in the last step
     std::vector<std::array<double, 4>> stiffness_; // of touches, times dt
     std::vector<std::array<double, 2>> forces_;    // on the bodies, in the last step
 };

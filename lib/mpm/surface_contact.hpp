@@ -39,7 +39,7 @@ namespace ductile::mpm {
 /// Energy (StepEnergies): what a rigid body does is f_c . d, of implicit steps with the mean of both ends' forces (Ledger); of it
 /// dphi + d(T^2)/(2 k) is stored, -T^L (s - (T - T^L)/k) goes into friction, and what is left is the method's.
 ///
-/// Everything else is the work of the discretisation within.
+/// Everything else is the work of the discretisation within. The rigid bodies given to prepare() must stay until advance().
 [[nodiscard]] std::unique_ptr<Discretisation> with_surface_contact(std::unique_ptr<Discretisation> within, const Scene& scene,
                                                                    bool midpoint);
 

@@ -108,9 +108,10 @@ public:
             if (!moves()) // what the nodes do is counted there
                 of_loads.of_lag -= dot(acting, way);
         }
+        time_ += motion.dt; // internal_force() is that of the particles where they are from now on
         LoadedSides& loaded = particles.loaded;
         for (std::size_t c = 0; c < sides_.size(); ++c) {
-            const LoadedSide& side = sides_[c];
+            LoadedSide& side = sides_[c];
             const Stencil s = within().stencil(place_of_particle_[static_cast<std::size_t>(loaded.particle[c])]);
             const PlaneVector turn = motion.dt * turned(side, motion.straining);
             PlaneVector change{};
@@ -121,6 +122,9 @@ public:
             loaded.y[c] += change[1];
             loaded.along_x[c] += turn[0];
             loaded.along_y[c] += turn[1];
+            side.along = side.along + turn;
+            if (axisymmetric_)
+                side.radius += motion.dt * middle(side, motion.straining)[0];
         }
         ParticleEnergies energies = within().advance(particles, motion);
         energies.add(of_loads);
