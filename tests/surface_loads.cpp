@@ -182,7 +182,7 @@ TEST_CASE("a uniform pressure makes a uniform stress: the patch, in one quasi-st
                     .state = {}};
             const Shape quarter = rectangle(0.0, 0.0, 0.4, 0.4);
             add_body(b.state.particles, {.shape = quarter, .density = 10.0}, b.scene);
-            b.scene.loads = {{"p", 1e-3}};
+            b.scene.loads = {{"p", History<double>({{0.0, 0.0}, {1.0, 1e-3}})}}; // at the end of the step
             add_loaded_sides(b.state.particles, 0, b.state.particles.size(), quarter, rectangle(0.01, 0.01, 0.8, 0.8), 0,
                              b.scene);
             ImplicitOptions options{.scheme = {.method = ImplicitMethod::quasi_static}};
