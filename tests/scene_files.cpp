@@ -439,6 +439,39 @@ TEST_CASE("contact by surfaces, turning and rubbing, goes on from a checkpoint w
     }
 }
 
+TEST_CASE("a body without an edge in the grid, which tools would pass, is refused") {
+    const scratch::Folder folder;
+    scratch::write(folder / "scene.toml", R"(carrier = "points"
+cell-size = 2e-3
+dt = 1e-4
+duration = 1e-3
+[grid]
+width = 0.024
+height = 0.018
+[sides]
+left = "slip"
+right = "slip"
+bottom = "slip"
+top = "slip"
+[materials.steel]
+law = "linear-elastic"
+young-modulus = 200e9
+poisson-ratio = 0.3
+density = 7800
+[[bodies]]
+name = "fill"
+material = "steel"
+shape = {rectangle = [-0.024, -0.018, 0.048, 0.036]}
+[[rigid-bodies]]
+name = "tool"
+shape = {rectangle = [0.01, 0.01, 0.012, 0.012]}
+contact = "surface"
+)");
+    const Outcome outcome = run("scene", {folder / "scene.toml", "--output", folder / "none"});
+    CHECK(outcome.status == 2);
+    CHECK(contains(outcome.errors, "the body 'fill' has no point of its surface near a particle"));
+}
+
 TEST_CASE("loads by histories, of a body by name, go on from a checkpoint with the same bits") {
     const scratch::Folder folder;
     std::string text =

@@ -333,9 +333,15 @@ void add_surfaces(Problem& problem, const Setup& setup, Method method) {
     Particles& particles = problem.start.particles;
     for_each_body(particles, [&](std::size_t body, std::size_t first, std::size_t last) {
         const auto& law = problem.scene.materials[static_cast<std::size_t>(particles.material[first])].law;
+        const std::size_t before = particles.surface.size();
         const double layer = 2.0 * std::sqrt(particles.half_width[first] * particles.half_height[first]);
         const double stiffness = method == Method::explicit_steps ? layer / half_cell : 10.0;
         add_surface(particles, first, last, setup.bodies[body].shape, stiffness * law->elasticity().alpha(), problem.scene);
+        if (particles.surface.size() == before)
+            throw InputError(
+                fmt::format("the body '{}' has no point of its surface near a particle, and would pass through the rigid "
+                            "bodies that have one: use smaller cells or more particles a cell",
+                            setup.bodies[body].name));
     });
     for (std::size_t b = 0; b < problem.start.rigid_bodies.size(); ++b)
         if (problem.start.rigid_bodies[b].friction > 0.0)
