@@ -141,7 +141,7 @@ TEST_CASE("surface points lie on the edge, corners included, and stand for all o
         CHECK(p.surface.size() == 32);
         int corners = 0;
         for (std::size_t c = 0; c < p.surface.size(); ++c) {
-            const auto owner = static_cast<std::size_t>(p.surface.particle[c]);
+            const std::size_t owner = p.surface.carrier(c);
             const double x = p.x[owner] + p.surface.x[c], y = p.y[owner] + p.surface.y[c];
             const bool beside = std::abs(x - 0.2) < 1e-12 || std::abs(x - 0.6) < 1e-12;
             const bool above = std::abs(y - 0.2) < 1e-12 || std::abs(y - 0.6) < 1e-12;
@@ -257,9 +257,7 @@ TEST_CASE("surface points go with the body, and what moves along with it does no
             const Particles& p = b.state.particles;
             std::vector<Point> all(p.surface.size());
             for (std::size_t c = 0; c < all.size(); ++c)
-                for (std::size_t k = 0; k < p.size(); ++k)
-                    if (p.id[k] == p.surface.particle[c])
-                        all[c] = {p.x[k] + p.surface.x[c], p.y[k] + p.surface.y[c]};
+                all[c] = {p.x[p.surface.carrier(c)] + p.surface.x[c], p.y[p.surface.carrier(c)] + p.surface.y[c]};
             return all;
         };
         const std::vector<Point> before = places();
@@ -281,7 +279,6 @@ TEST_CASE(
             for (const double friction : {0.0, 0.2, 100.0})
                 for (const std::string law : {"elastic", "Hencky von Mises"})
                     for (const ImplicitScheme scheme : {ImplicitScheme{.form = Form::velocity},
-                                                        {.form = Form::momentum},
                                                         {.method = ImplicitMethod::midpoint},
                                                         {.form = Form::velocity, .mu = 0.7},
                                                         {.method = ImplicitMethod::quasi_static}}) {
@@ -289,7 +286,6 @@ TEST_CASE(
                         CAPTURE(static_cast<int>(geometry));
                         CAPTURE(friction);
                         CAPTURE(law);
-                        CAPTURE(static_cast<int>(scheme.form));
                         CAPTURE(static_cast<int>(scheme.method));
                         Block b = pressed(shape, geometry, friction, law);
                         for (auto& held : b.state.particles.surface.held)
@@ -332,19 +328,17 @@ TEST_CASE("the energy that passes in a step is all accounted for") {
                     CHECK(std::abs(open) < 1e-8 * (scale + std::abs(end.internal - start.internal)));
                     CHECK((friction > 0.0) == (rubbed > 1e-9));
                 };
-                for (const Form form : {Form::velocity, Form::momentum}) {
-                    Block b = pressed(shape, geometry, friction);
-                    if (form == Form::momentum) { // the other one does not bear nodes that are almost empty
-                        const auto explicit_stepper = make_explicit_stepper(b.scene, form);
-                        check_steps(*explicit_stepper, b, 1e-3);
-                    }
-                    for (const ImplicitMethod method : {ImplicitMethod::paper, ImplicitMethod::midpoint}) {
-                        Block c = pressed(shape, geometry, friction);
-                        ImplicitOptions options{.scheme = {.method = method, .form = form}};
-                        options.newton.tolerance = 1e-12;
-                        const auto stepper = make_implicit_stepper(c.scene, options);
-                        check_steps(*stepper, c, 2e-3);
-                    }
+                Block b = pressed(shape, geometry, friction);
+                // explicit steps of the other form do not bear nodes that are almost empty
+                check_steps(*make_explicit_stepper(b.scene, Form::momentum), b, 1e-3);
+                for (const ImplicitMethod method : {ImplicitMethod::paper, ImplicitMethod::midpoint}) {
+                    Block c = pressed(shape, geometry, friction);
+                    ImplicitOptions options{.scheme = {.method = method}};
+                    options.newton.tolerance = 1e-12;
+                    check_steps(*make_implicit_stepper(c.scene, options), c, 2e-3);
+                    options.scheme.form = Form::momentum;
+                    CHECK_THROWS_WITH_AS((void)make_implicit_stepper(c.scene, options), doctest::Contains("--form velocity"),
+                                         InputError);
                 }
             }
 }
@@ -462,12 +456,9 @@ TEST_CASE("Hertz: force and width of the contact of a cylinder with a plane, wit
 
     double force = 0.0, moment = 0.0; // of the half that the grid holds
     const Particles& p = b.state.particles;
-    std::vector<std::size_t> place(p.size());
-    for (std::size_t k = 0; k < p.size(); ++k)
-        place[static_cast<std::size_t>(p.id[k])] = k;
     const Pose pose = pose_of(b.state.rigid_bodies[0], b.state.time);
     for (std::size_t c = 0; c < p.surface.size(); ++c) {
-        const std::size_t owner = place[static_cast<std::size_t>(p.surface.particle[c])];
+        const std::size_t owner = p.surface.carrier(c);
         const Point at = {p.x[owner] + p.surface.x[c], p.y[owner] + p.surface.y[c]};
         const double f = p.surface.stiffness[c] * std::max(-gap_to(b.state.rigid_bodies[0], pose, at).gap, 0.0);
         force += f;

@@ -95,6 +95,15 @@ State read_state(const io::CheckpointReader& checkpoint, const Scene& scene, con
         fill_vector(state.rigid_bodies[b].x, body_array(b, "x"));
         fill_vector(state.rigid_bodies[b].y, body_array(b, "y"));
     }
+    // what is carried was added to particles in the order of their numbers
+    std::vector<std::int64_t> place(state.particles.size(), -1);
+    for (std::size_t p = 0; p < place.size(); ++p)
+        if (const auto id = static_cast<std::size_t>(state.particles.id[p]); id < place.size())
+            place[id] = static_cast<std::int64_t>(p);
+    for (CarriedPoints* const points :
+         {static_cast<CarriedPoints*>(&state.particles.surface), static_cast<CarriedPoints*>(&state.particles.loaded)})
+        for (std::int64_t& particle : points->particle)
+            particle = place[static_cast<std::size_t>(particle)];
     if (SurfacePoints& surface = state.particles.surface; surface.size() > 0) {
         fill_vector(surface.x, "surface/x");
         fill_vector(surface.y, "surface/y");

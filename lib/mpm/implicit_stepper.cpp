@@ -53,6 +53,10 @@ public:
             throw InputError(
                 "conjugate gradients need the symmetric Jacobian of the velocity form: choose GMRES for the momentum "
                 "form");
+        if (scene.surface_contact && options.scheme.form == Form::momentum)
+            throw InputError("in implicit steps of the momentum form particles move with another velocity than the one that "
+                             "strains them, and would pass through surfaces: choose --form velocity, or let rigid bodies hold "
+                             "nodes");
     }
 
     StepOutcome attempt(State& state, double dt, double end) override {

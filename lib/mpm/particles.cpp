@@ -40,6 +40,14 @@ void Particles::permute(std::span<const std::int32_t> order, PermutationBuffers&
         gather(array, order, buffers.numbers);
     for (const auto& [name, array] : named_integer_arrays(*this))
         gather(*array, order, buffers.integers);
+    if (surface.size() + loaded.size() == 0)
+        return;
+    buffers.integers.resize(order.size());
+    for (std::size_t n = 0; n < order.size(); ++n)
+        buffers.integers[static_cast<std::size_t>(order[n])] = static_cast<std::int64_t>(n);
+    for (CarriedPoints* const points : {static_cast<CarriedPoints*>(&surface), static_cast<CarriedPoints*>(&loaded)})
+        for (std::int64_t& particle : points->particle)
+            particle = buffers.integers[static_cast<std::size_t>(particle)];
 }
 
 std::size_t Particles::memory_bytes() const {

@@ -15,16 +15,21 @@
 
 namespace ductile::mpm {
 
-/// Points on the edges of bodies, which touch the surfaces of rigid ones (SurfaceContact). Each goes with the velocity field
-/// around the particle that carries it.
-struct SurfacePoints {
-    aligned_vector<std::int64_t> particle;    ///< its number, Particles::id
-    aligned_vector<double> x, y;              ///< from the particle [m]
+/// Points that go with the velocity field around the particles that carry them.
+struct CarriedPoints {
+    aligned_vector<std::int64_t> particle; ///< its place in the arrays
+    aligned_vector<double> x, y;           ///< from the particle [m]
+
+    [[nodiscard]] std::size_t size() const { return particle.size(); }
+    [[nodiscard]] std::size_t carrier(std::size_t c) const { return static_cast<std::size_t>(particle[c]); }
+};
+
+/// Points on the edges of bodies, which touch the surfaces of rigid ones (SurfaceContact).
+struct SurfacePoints : CarriedPoints {
     aligned_vector<double> stiffness;         ///< of the contact [N/m, a metre of thickness or a radian]
     std::vector<aligned_vector<double>> held; ///< [b]: tangential force by the rigid body b [N, likewise], along its surface
                                               ///< with what is outside on the right
 
-    [[nodiscard]] std::size_t size() const { return particle.size(); }
     /// Room for the forces of this rigid body, which rubs; they are zero.
     void provide_friction(std::size_t body) {
         if (held.size() <= body)
@@ -33,15 +38,11 @@ struct SurfacePoints {
     }
 };
 
-/// Sides of bodies' edges that loads act on (SurfaceLoads), carried as surface points are.
-struct LoadedSides {
-    aligned_vector<std::int64_t> particle;   ///< its number
-    aligned_vector<double> x, y;             ///< the middle, from the particle [m]
+/// The middles of sides of bodies' edges that loads act on (SurfaceLoads), and the sides.
+struct LoadedSides : CarriedPoints {
     aligned_vector<double> along_x, along_y; ///< from end to end, with what is outside on the right [m]
     aligned_vector<double> area;             ///< at the start [m^2, a metre of thickness or a radian]
     aligned_vector<std::int64_t> load;       ///< its number in the scene
-
-    [[nodiscard]] std::size_t size() const { return particle.size(); }
 };
 
 /// All deformable material points of a scene, one array a quantity, in SI. In an axisymmetric scene x is the radius, y the axis,
@@ -73,7 +74,7 @@ struct Particles {
         aligned_vector<double> numbers;
         aligned_vector<std::int64_t> integers;
     };
-    /// New place n holds what was at place order[n].
+    /// New place n holds what was at place order[n]; carried points stay with their particles.
     void permute(std::span<const std::int32_t> order, PermutationBuffers& buffers);
     [[nodiscard]] std::size_t memory_bytes() const;
 };

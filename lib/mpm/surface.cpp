@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <ductile/mpm/body.hpp>
-#include <ductile/mpm/plane_vector.hpp>
+#include <ductile/mpm/carried_points.hpp>
 #include <ductile/mpm/scene.hpp>
 
 #include <algorithm>
@@ -208,21 +208,12 @@ Gap gap_to(const RigidBody& body, const Pose& pose, const PlaneVector& place) {
 }
 
 double deepest_contact(const Particles& particles, std::span<const RigidBody> bodies, double time) {
-    const SurfacePoints& surface = particles.surface;
-    if (surface.size() == 0)
-        return 0.0;
-    std::vector<std::size_t> place(particles.size());
-    for (std::size_t p = 0; p < particles.size(); ++p)
-        place[static_cast<std::size_t>(particles.id[p])] = p;
     double deepest = 0.0;
     for (const RigidBody& body : bodies)
         if (body.surface) {
             const Pose pose = pose_of(body, time);
-            for (std::size_t c = 0; c < surface.size(); ++c) {
-                const std::size_t p = place[static_cast<std::size_t>(surface.particle[c])];
-                deepest =
-                    std::max(deepest, -gap_to(body, pose, {particles.x[p] + surface.x[c], particles.y[p] + surface.y[c]}).gap);
-            }
+            for (std::size_t c = 0; c < particles.surface.size(); ++c)
+                deepest = std::max(deepest, -gap_to(body, pose, place_of(particles, particles.surface, c)).gap);
         }
     return deepest;
 }
@@ -237,7 +228,7 @@ void add_surface(Particles& particles, std::size_t first, std::size_t last, cons
         if (p == particles.size())
             return;
         const double size = 2.0 * std::sqrt(particles.half_width[p] * particles.half_height[p]);
-        surface.particle.push_back(particles.id[p]);
+        surface.particle.push_back(static_cast<std::int64_t>(p));
         surface.x.push_back(place[0] - particles.x[p]);
         surface.y.push_back(place[1] - particles.y[p]);
         surface.stiffness.push_back(modulus * share / size);
@@ -273,7 +264,7 @@ void add_loaded_sides(Particles& particles, std::size_t first, std::size_t last,
         const std::size_t p = neighbours.nearest(middle);
         if (p == particles.size())
             return;
-        loaded.particle.push_back(particles.id[p]);
+        loaded.particle.push_back(static_cast<std::int64_t>(p));
         loaded.x.push_back(middle[0] - particles.x[p]);
         loaded.y.push_back(middle[1] - particles.y[p]);
         loaded.along_x.push_back(to[0] - from[0]);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <ductile/mpm/carried_points.hpp>
 #include <ductile/mpm/forwarding.hpp>
-#include <ductile/mpm/plane_vector.hpp>
 #include <ductile/mpm/surface_contact.hpp>
 
 #include <algorithm>
@@ -19,11 +19,11 @@ Vector tangent_of(const Vector& normal) { return {-normal[1], normal[0]}; }
 /// A point that a rigid body may touch in this step.
 struct Touch {
     std::size_t point, body;
-    Stencil stencil;                   ///< its values are B
-    std::array<double, 9> at_particle; ///< N
-    Vector place;                      ///< where the step begins
-    Vector way;                        ///< of the rigid body there, over the step
-    Gap gap;                           ///< where the step begins
+    Stencil stencil;          ///< its values are B
+    NodalWeights at_particle; ///< N
+    Vector place;             ///< where the step begins
+    Vector way;               ///< of the rigid body there, over the step
+    Gap gap;                  ///< where the step begins
     double stiffness, friction, held;
 };
 
@@ -48,9 +48,6 @@ public:
 
     void prepare(Particles& particles, std::span<const RigidBody> rigid_bodies, double time, double dt) override {
         within().prepare(particles, rigid_bodies, time, dt);
-        place_of_particle_.resize(particles.size());
-        for (std::size_t p = 0; p < particles.size(); ++p)
-            place_of_particle_[static_cast<std::size_t>(particles.id[p])] = p;
         bodies_ = rigid_bodies;
         begin_.clear();
         middle_.clear();
@@ -66,21 +63,20 @@ public:
 
     [[nodiscard]] std::span<const std::array<double, 2>> surface_forces() const override { return forces_; }
     [[nodiscard]] std::size_t memory_bytes() const override {
-        return within().memory_bytes() + sizeof(Touch) * touches_.capacity() +
-               sizeof(std::size_t) * place_of_particle_.capacity();
+        return within().memory_bytes() + sizeof(Touch) * touches_.capacity();
     }
 
     void internal_force(const Particles& particles, std::span<double> force, std::span<double> magnitudes) const override {
         within().internal_force(particles, force, magnitudes);
         for (const Touch& touch : touches_)
-            scatter(touch, force_at_begin(touch), force, magnitudes);
+            scatter(touch.stencil, force_at_begin(touch), force, magnitudes);
     }
 
     void force_after(const Particles& particles, std::span<const double> velocity, double dt, std::span<double> force,
                      std::span<double> magnitudes) const override {
         within().force_after(particles, velocity, dt, force, magnitudes);
         for (const Touch& touch : touches_)
-            scatter(touch, after(touch, dt * velocity_of(touch, velocity)).force(), force, magnitudes);
+            scatter(touch.stencil, after(touch, dt * velocity_of(touch, velocity)).force(), force, magnitudes);
     }
 
     void linearise(const Particles& particles, std::span<const double> velocity, double dt) override {
@@ -98,7 +94,7 @@ public:
         for (std::size_t t = 0; t < touches_.size(); ++t) {
             const Vector v = velocity_of(touches_[t], x);
             const auto& k = stiffness_[t];
-            scatter(touches_[t], {k[0] * v[0] + k[1] * v[1], k[2] * v[0] + k[3] * v[1]}, result, {});
+            scatter(touches_[t].stencil, {k[0] * v[0] + k[1] * v[1], k[2] * v[0] + k[3] * v[1]}, result, {});
         }
     }
 
@@ -134,7 +130,7 @@ public:
             const Vector way = motion.dt * velocity_of(touch, motion.straining);
             const Force felt = after(touch, way);
             // in the momentum form particles move with another velocity than the one that strains them
-            const Force& end = outcomes_.emplace_back(after(touch, way + motion.dt * carried(touch, motion)));
+            const Force& end = outcomes_.emplace_back(after(touch, way + motion.dt * carried_beyond(touch, motion)));
             const Vector begin = force_at_begin(touch);
             const Vector acting = (1.0 - motion.weight_at_end) * begin + motion.weight_at_end * felt.force();
             forces_[touch.body] = forces_[touch.body] - acting;
@@ -151,7 +147,7 @@ public:
             if (!moves()) // what the nodes do is counted there
                 of_contact.of_lag -= dot(acting, way);
         }
-        move_points(particles, motion);
+        move(particles.surface, within(), motion);
         for (auto& held : particles.surface.held)
             std::ranges::fill(held, 0.0);
         for (std::size_t t = 0; t < touches_.size(); ++t) {
@@ -171,8 +167,7 @@ private:
         touches_.clear();
         const SurfacePoints& surface = particles.surface;
         for (std::size_t c = 0; c < surface.size(); ++c) {
-            const std::size_t p = place_of_particle_[static_cast<std::size_t>(surface.particle[c])];
-            const Vector place{particles.x[p] + surface.x[c], particles.y[p] + surface.y[c]};
+            const Vector place = place_of(particles, surface, c);
             for (std::size_t b = 0; b < bodies_.size(); ++b) {
                 const RigidBody& body = bodies_[b];
                 if (!body.surface)
@@ -181,61 +176,21 @@ private:
                 const Vector way = end_[b].place(body, begin_[b].at_start(body, place)) - place;
                 if (gap.gap > reach_ + std::hypot(way[0], way[1]))
                     continue;
-                const Stencil stencil = within().stencil(p);
-                Touch touch{c, b, stencil, stencil.value, place, way, gap, surface.stiffness[c], body.friction, 0.0};
-                if (body.friction > 0.0)
-                    touch.held = surface.held[b][c];
-                Stencil& s = touch.stencil;
-                for (std::size_t k = 0; k < s.count; ++k)
-                    s.value[k] += surface.x[c] * s.slope_x[k] + surface.y[c] * s.slope_y[k];
-                touches_.push_back(touch);
+                const Stencil stencil = within().stencil(surface.carrier(c));
+                const double held = body.friction > 0.0 ? surface.held[b][c] : 0.0;
+                touches_.push_back({c, b, carried(stencil, {surface.x[c], surface.y[c]}), stencil.value, place, way, gap,
+                                    surface.stiffness[c], body.friction, held});
             }
-        }
-    }
-
-    /// Offsets turn and stretch with the affine field around the particle.
-    void move_points(Particles& particles, const NodalMotion& motion) const {
-        SurfacePoints& surface = particles.surface;
-        for (std::size_t c = 0; c < surface.size(); ++c) {
-            const Stencil s = within().stencil(place_of_particle_[static_cast<std::size_t>(surface.particle[c])]);
-            Vector change{};
-            for (std::size_t k = 0; k < s.count; ++k) {
-                const double along = motion.dt * (surface.x[c] * s.slope_x[k] + surface.y[c] * s.slope_y[k]);
-                change = change + along * Vector{motion.straining[2 * s.node[k]], motion.straining[2 * s.node[k] + 1]};
-            }
-            surface.x[c] += change[0];
-            surface.y[c] += change[1];
         }
     }
 
     static Vector velocity_of(const Touch& touch, std::span<const double> velocity) {
-        const Stencil& s = touch.stencil;
-        Vector sum{};
-        for (std::size_t k = 0; k < s.count; ++k)
-            sum = sum + s.value[k] * Vector{velocity[2 * s.node[k]], velocity[2 * s.node[k] + 1]};
-        return sum;
+        return sum(touch.stencil, touch.stencil.value, velocity);
     }
 
     /// What the velocity of its particle is more than the one that strains it.
-    static Vector carried(const Touch& touch, const NodalMotion& motion) {
-        const Stencil& s = touch.stencil;
-        Vector sum{};
-        for (std::size_t k = 0; k < s.count; ++k)
-            for (std::size_t a = 0; a < 2; ++a) {
-                const std::size_t c = 2 * static_cast<std::size_t>(s.node[k]) + a;
-                sum[a] += touch.at_particle[k] * (motion.motion[c] - motion.straining[c]);
-            }
-        return sum;
-    }
-
-    static void scatter(const Touch& touch, const Vector& force, std::span<double> nodal, std::span<double> magnitudes) {
-        const Stencil& s = touch.stencil;
-        for (std::size_t k = 0; k < s.count; ++k)
-            for (std::size_t a = 0; a < 2; ++a) {
-                nodal[2 * s.node[k] + a] += s.value[k] * force[a];
-                if (!magnitudes.empty())
-                    magnitudes[2 * s.node[k] + a] += std::abs(s.value[k] * force[a]);
-            }
+    static Vector carried_beyond(const Touch& touch, const NodalMotion& motion) {
+        return sum(touch.stencil, touch.at_particle, motion.motion) - sum(touch.stencil, touch.at_particle, motion.straining);
     }
 
     static Vector force_at_begin(const Touch& touch) {
@@ -299,10 +254,9 @@ private:
     }
 
     bool midpoint_;
-    double reach_;                               ///< a step moves no particle farther than two cells
-    std::vector<std::size_t> place_of_particle_; // by its number
-    std::span<const RigidBody> bodies_;          // where prepare() found them, until the step has been made
-    std::vector<Pose> begin_, middle_, end_;     // of the bodies
+    double reach_;                           ///< a step moves no particle farther than two cells
+    std::span<const RigidBody> bodies_;      // where prepare() found them, until the step has been made
+    std::vector<Pose> begin_, middle_, end_; // of the bodies
     std::vector<Touch> touches_;
     std::vector<Force> outcomes_;                  // of touches, in the last step
     std::vector<std::array<double, 4>> stiffness_; // of touches, times dt

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <ductile/mpm/carried_points.hpp>
 #include <ductile/mpm/forwarding.hpp>
-#include <ductile/mpm/plane_vector.hpp>
 #include <ductile/mpm/surface_loads.hpp>
 
 #include <algorithm>
@@ -13,10 +13,10 @@ namespace {
 
 /// A loaded side in this step.
 struct LoadedSide {
-    Stencil stencil;            ///< its values are B of the middle
-    std::array<double, 9> turn; ///< s . g
-    PlaneVector along;          ///< s where the step begins
-    double radius = 1.0;        ///< there; 1 in plane geometries
+    Stencil stencil;     ///< its values are B of the middle
+    NodalWeights turn;   ///< s . g
+    PlaneVector along;   ///< s where the step begins
+    double radius = 1.0; ///< there; 1 in plane geometries
     double area;
     std::size_t load;
 };
@@ -30,26 +30,15 @@ public:
     void prepare(Particles& particles, std::span<const RigidBody> rigid_bodies, double time, double dt) override {
         within().prepare(particles, rigid_bodies, time, dt);
         time_ = time;
-        place_of_particle_.resize(particles.size());
-        for (std::size_t p = 0; p < particles.size(); ++p)
-            place_of_particle_[static_cast<std::size_t>(particles.id[p])] = p;
         const LoadedSides& loaded = particles.loaded;
         sides_.clear();
         for (std::size_t c = 0; c < loaded.size(); ++c) {
-            const std::size_t p = place_of_particle_[static_cast<std::size_t>(loaded.particle[c])];
-            LoadedSide side{within().stencil(p),
-                            {},
-                            {loaded.along_x[c], loaded.along_y[c]},
-                            1.0,
-                            loaded.area[c],
+            const Stencil stencil = within().stencil(loaded.carrier(c));
+            const PlaneVector along = {loaded.along_x[c], loaded.along_y[c]};
+            LoadedSide side{carried(stencil, {loaded.x[c], loaded.y[c]}), slopes(stencil, along), along, 1.0, loaded.area[c],
                             static_cast<std::size_t>(loaded.load[c])};
             if (axisymmetric_)
-                side.radius = particles.x[p] + loaded.x[c];
-            Stencil& s = side.stencil;
-            for (std::size_t k = 0; k < s.count; ++k) {
-                side.turn[k] = side.along[0] * s.slope_x[k] + side.along[1] * s.slope_y[k];
-                s.value[k] += loaded.x[c] * s.slope_x[k] + loaded.y[c] * s.slope_y[k];
-            }
+                side.radius = place_of(particles, loaded, c)[0];
             sides_.push_back(side);
         }
     }
@@ -57,14 +46,14 @@ public:
     void internal_force(const Particles& particles, std::span<double> force, std::span<double> magnitudes) const override {
         within().internal_force(particles, force, magnitudes);
         for (const LoadedSide& side : sides_)
-            scatter(side, force_of(side, time_, side.along, side.radius), force, magnitudes);
+            scatter(side.stencil, force_of(side, time_, side.along, side.radius), force, magnitudes);
     }
 
     void force_after(const Particles& particles, std::span<const double> velocity, double dt, std::span<double> force,
                      std::span<double> magnitudes) const override {
         within().force_after(particles, velocity, dt, force, magnitudes);
         for (const LoadedSide& side : sides_)
-            scatter(side, force_after(side, velocity, dt), force, magnitudes);
+            scatter(side.stencil, force_after(side, velocity, dt), force, magnitudes);
     }
 
     void linearise(const Particles& particles, std::span<const double> velocity, double dt) override {
@@ -90,7 +79,7 @@ public:
             const Derivative& d = derivatives_[c];
             const PlaneVector along = turned(side, x);
             const double radius = axisymmetric_ ? middle(side, x)[0] : 0.0;
-            scatter(side, d.of_along * PlaneVector{along[1], -along[0]} + radius * d.of_radius, result, {});
+            scatter(side.stencil, d.of_along * PlaneVector{along[1], -along[0]} + radius * d.of_radius, result, {});
         }
     }
 
@@ -110,16 +99,10 @@ public:
         }
         time_ += motion.dt; // internal_force() is that of the particles where they are from now on
         LoadedSides& loaded = particles.loaded;
+        move(loaded, within(), motion);
         for (std::size_t c = 0; c < sides_.size(); ++c) {
             LoadedSide& side = sides_[c];
-            const Stencil s = within().stencil(place_of_particle_[static_cast<std::size_t>(loaded.particle[c])]);
             const PlaneVector turn = motion.dt * turned(side, motion.straining);
-            PlaneVector change{};
-            for (std::size_t k = 0; k < s.count; ++k)
-                change = change + motion.dt * (side.stencil.value[k] - s.value[k]) *
-                                      PlaneVector{motion.straining[2 * s.node[k]], motion.straining[2 * s.node[k] + 1]};
-            loaded.x[c] += change[0];
-            loaded.y[c] += change[1];
             loaded.along_x[c] += turn[0];
             loaded.along_y[c] += turn[1];
             side.along = side.along + turn;
@@ -132,8 +115,7 @@ public:
     }
 
     [[nodiscard]] std::size_t memory_bytes() const override {
-        return within().memory_bytes() + sizeof(LoadedSide) * sides_.capacity() +
-               sizeof(std::size_t) * place_of_particle_.capacity();
+        return within().memory_bytes() + sizeof(LoadedSide) * sides_.capacity();
     }
 
 private:
@@ -166,27 +148,10 @@ private:
     static PlaneVector turned(const LoadedSide& side, std::span<const double> nodal) {
         return sum(side.stencil, side.turn, nodal);
     }
-    static PlaneVector sum(const Stencil& s, const std::array<double, 9>& weights, std::span<const double> nodal) {
-        PlaneVector result{};
-        for (std::size_t k = 0; k < s.count; ++k)
-            result = result + weights[k] * PlaneVector{nodal[2 * s.node[k]], nodal[2 * s.node[k] + 1]};
-        return result;
-    }
-
-    static void scatter(const LoadedSide& side, const PlaneVector& force, std::span<double> nodal, std::span<double> magnitudes) {
-        const Stencil& s = side.stencil;
-        for (std::size_t k = 0; k < s.count; ++k)
-            for (std::size_t a = 0; a < 2; ++a) {
-                nodal[2 * s.node[k] + a] += s.value[k] * force[a];
-                if (!magnitudes.empty())
-                    magnitudes[2 * s.node[k] + a] += std::abs(s.value[k] * force[a]);
-            }
-    }
 
     std::vector<Load> loads_;
     bool axisymmetric_, midpoint_;
-    double time_ = 0.0;                          // where the step begins
-    std::vector<std::size_t> place_of_particle_; // by its number
+    double time_ = 0.0; // where the step begins
     std::vector<LoadedSide> sides_;
     std::vector<Derivative> derivatives_;
 };
