@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <ductile/mpm/carried_points.hpp>
+#include <ductile/mpm/contact_spring.hpp>
 #include <ductile/mpm/forwarding.hpp>
 #include <ductile/mpm/surface_contact.hpp>
 
@@ -14,8 +15,6 @@ namespace {
 
 using Vector = PlaneVector;
 
-Vector tangent_of(const Vector& normal) { return {-normal[1], normal[0]}; }
-
 /// A point that a rigid body may touch in this step.
 struct Touch {
     std::size_t point, body;
@@ -23,8 +22,8 @@ struct Touch {
     NodalWeights at_particle; ///< N
     Vector place;             ///< where the step begins
     Vector way;               ///< of the rigid body there, over the step
-    Gap gap;                  ///< where the step begins
-    double stiffness, friction, held;
+    Vector normal;            ///< where the step begins
+    ContactSpring spring;
 };
 
 /// What a touch comes to with a velocity of the point.
@@ -34,11 +33,7 @@ struct Force {
     double slid = 0.0;                     ///< way over the surface
 
     [[nodiscard]] Vector force() const { return normal * acting.normal + tangential * tangent_of(acting.normal); }
-    /// The tangential force that is left at the end.
-    [[nodiscard]] double held() const { return end.gap < 0.0 ? tangential : 0.0; }
 };
-
-double stored(const Touch& touch, double gap) { return gap < 0.0 ? 0.5 * touch.stiffness * gap * gap : 0.0; }
 
 class SurfaceContact final : public Forwarding {
 public:
@@ -69,7 +64,7 @@ public:
     void internal_force(const Particles& particles, std::span<double> force, std::span<double> magnitudes) const override {
         within().internal_force(particles, force, magnitudes);
         for (const Touch& touch : touches_)
-            scatter(touch.stencil, force_at_begin(touch), force, magnitudes);
+            scatter(touch.stencil, touch.spring.force_at_begin(touch.normal), force, magnitudes);
     }
 
     void force_after(const Particles& particles, std::span<const double> velocity, double dt, std::span<double> force,
@@ -131,19 +126,16 @@ public:
             const Force felt = after(touch, way);
             // in the momentum form particles move with another velocity than the one that strains them
             const Force& end = outcomes_.emplace_back(after(touch, way + motion.dt * carried_beyond(touch, motion)));
-            const Vector begin = force_at_begin(touch);
+            const Vector begin = touch.spring.force_at_begin(touch.normal);
             const Vector acting = (1.0 - motion.weight_at_end) * begin + motion.weight_at_end * felt.force();
             forces_[touch.body] = forces_[touch.body] - acting;
             const bool grows = motion.weight_at_end > 0.0 && !midpoint_;
             const double work = dot(grows ? 0.5 * (begin + felt.force()) : acting, touch.way);
-            const double elastic = (touch.held - end.tangential) / touch.stiffness; // of the way over the surface
-            const double friction = -end.tangential * (end.slid - elastic);
-            const double kept = stored(touch, end.end.gap) - stored(touch, touch.gap.gap) +
-                                0.5 * (end.held() * end.held() - touch.held * touch.held) / touch.stiffness;
+            const auto [rubbed, kept, held] = touch.spring.outcome(end.end.gap, end.tangential, end.slid);
             of_contact.surface_work += work;
-            of_contact.friction += friction;
+            of_contact.friction += rubbed;
             of_contact.in_contact += kept;
-            of_contact.of_lag += work - friction - kept;
+            of_contact.of_lag += work - rubbed - kept;
             if (!moves()) // what the nodes do is counted there
                 of_contact.of_lag -= dot(acting, way);
         }
@@ -152,10 +144,12 @@ public:
             std::ranges::fill(held, 0.0);
         for (std::size_t t = 0; t < touches_.size(); ++t) {
             Touch& touch = touches_[t];
-            if (touch.friction > 0.0)
-                particles.surface.held[touch.body][touch.point] = outcomes_[t].held();
-            touch.gap = outcomes_[t].end; // internal_force() is that of the particles where they are now
-            touch.held = outcomes_[t].held();
+            const Force& end = outcomes_[t];
+            touch.spring.held = touch.spring.outcome(end.end.gap, end.tangential, end.slid).held;
+            if (touch.spring.friction > 0.0)
+                particles.surface.held[touch.body][touch.point] = touch.spring.held;
+            touch.spring.gap = end.end.gap; // internal_force() is that of the particles where they are now
+            touch.normal = end.end.normal;
         }
         ParticleEnergies energies = within().advance(particles, motion);
         energies.add(of_contact);
@@ -178,8 +172,14 @@ private:
                     continue;
                 const Stencil stencil = within().stencil(surface.carrier(c));
                 const double held = body.friction > 0.0 ? surface.held[b][c] : 0.0;
-                touches_.push_back({c, b, carried(stencil, {surface.x[c], surface.y[c]}), stencil.value, place, way, gap,
-                                    surface.stiffness[c], body.friction, held});
+                touches_.push_back({c,
+                                    b,
+                                    carried(stencil, {surface.x[c], surface.y[c]}),
+                                    stencil.value,
+                                    place,
+                                    way,
+                                    gap.normal,
+                                    {surface.stiffness[c], body.friction, gap.gap, held}});
             }
         }
     }
@@ -193,30 +193,15 @@ private:
         return sum(touch.stencil, touch.at_particle, motion.motion) - sum(touch.stencil, touch.at_particle, motion.straining);
     }
 
-    static Vector force_at_begin(const Touch& touch) {
-        if (!(touch.gap.gap < 0.0))
-            return {};
-        return -touch.stiffness * touch.gap.gap * touch.gap.normal + touch.held * tangent_of(touch.gap.normal);
-    }
-
     /// With the way of the point in the step.
     [[nodiscard]] Force after(const Touch& touch, const Vector& way) const {
         const RigidBody& body = bodies_[touch.body];
         Force result{.end = gap_to(body, end_[touch.body], touch.place + way), .acting = {}};
         result.acting = midpoint_ ? gap_to(body, middle_[touch.body], touch.place + 0.5 * way) : result.end;
-        result.normal = midpoint_ ? mean_normal_force(touch, result.end.gap) : touch.stiffness * std::max(-result.end.gap, 0.0);
+        result.normal = touch.spring.normal(result.end.gap, midpoint_);
         result.slid = dot(way - touch.way, tangent_of(result.acting.normal));
-        const double most = touch.friction * result.normal;
-        result.tangential = std::clamp(touch.held - touch.stiffness * result.slid, -most, most);
+        result.tangential = touch.spring.tangential(result.slid, result.normal);
         return result;
-    }
-
-    /// -(phi(g^L) - phi(g))/(g^L - g)
-    static double mean_normal_force(const Touch& touch, double end_gap) {
-        const double gap = touch.gap.gap;
-        if ((gap < 0.0 && end_gap < 0.0) || gap == end_gap)
-            return 0.5 * touch.stiffness * (std::max(-gap, 0.0) + std::max(-end_gap, 0.0));
-        return (stored(touch, end_gap) - stored(touch, gap)) / (gap - end_gap);
     }
 
     /// Minus that of the force by the way of the point: xx, xy, yx, yy.
@@ -224,17 +209,13 @@ private:
         const Force f = after(touch, way);
         const Vector n = f.acting.normal, t = tangent_of(n);
         const double turn = (midpoint_ ? 0.5 : 1.0) * f.acting.curvature; // half of the way leads to the middle
-        double slope = f.end.gap < 0.0 ? -touch.stiffness : 0.0;          // of the normal force, by the gap at the end
-        if (midpoint_) {
-            const double gap = touch.gap.gap, end = f.end.gap;
-            slope = (gap < 0.0 && end < 0.0) || gap == end ? 0.5 * slope : (slope * end - f.normal) / (end - gap);
-        }
-        const double trial = touch.held - touch.stiffness * f.slid;
-        const bool sticks = std::abs(trial) <= touch.friction * f.normal;
-        const Vector of_tangential = sticks ? -touch.stiffness * (1.0 - turn * dot(way - touch.way, n)) * t
-                                            : std::copysign(touch.friction, trial) * slope * f.end.normal;
+        const double slope = touch.spring.slope_of_normal(f.end.gap, f.normal, midpoint_);
+        const double friction = touch.spring.friction;
+        const Vector of_tangential = touch.spring.sticks(f.slid, f.normal)
+                                         ? -touch.spring.stiffness * (1.0 - turn * dot(way - touch.way, n)) * t
+                                         : std::copysign(friction, f.tangential) * slope * f.end.normal;
         const Vector along_n = slope * f.end.normal - f.tangential * turn * t;
-        const Vector along_t = f.normal * turn * t + (touch.friction > 0.0 && f.normal > 0.0 ? 1.0 : 0.0) * of_tangential;
+        const Vector along_t = f.normal * turn * t + (friction > 0.0 && f.normal > 0.0 ? 1.0 : 0.0) * of_tangential;
         return {-(n[0] * along_n[0] + t[0] * along_t[0]), -(n[0] * along_n[1] + t[0] * along_t[1]),
                 -(n[1] * along_n[0] + t[1] * along_t[0]), -(n[1] * along_n[1] + t[1] * along_t[1])};
     }
