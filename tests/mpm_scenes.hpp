@@ -11,6 +11,7 @@
 #include <ductile/mpm/momentum_balance.hpp>
 #include <ductile/mpm/scene.hpp>
 #include <ductile/mpm/state.hpp>
+#include <ductile/mpm/time_stepper.hpp>
 
 #include <array>
 #include <cmath>
@@ -175,6 +176,32 @@ inline std::array<double, 5> jacobian_errors(MomentumBalance& balance, unsigned 
         h *= 0.1;
     }
     return errors;
+}
+
+/// What some steps leave of the balance of energy.
+struct StepBalance {
+    double open = 0.0;  ///< what is left of it
+    double scale = 0.0; ///< the magnitudes that it is the difference of
+    double rubbed = 0.0, load_work = 0.0;
+};
+inline StepBalance balance_of_steps(TimeStepper& stepper, Block& b, double dt, int steps = 5) {
+    const Energies start = energies_of(b.scene, b.state.particles);
+    StepBalance balance;
+    double brought = 0.0;
+    for (int n = 0; n < steps; ++n) {
+        const StepOutcome outcome = stepper.attempt(b.state, dt, b.state.time + dt);
+        REQUIRE(outcome.accepted);
+        const StepEnergies& e = outcome.energies;
+        CHECK(e.friction >= -1e-12);
+        balance.rubbed += e.friction;
+        balance.load_work += e.load_work;
+        balance.scale += std::abs(e.surface_work) + std::abs(e.load_work) + std::abs(e.in_contact) + std::abs(e.of_method);
+        brought += e.surface_work + e.load_work - e.in_contact - e.friction - e.of_method;
+    }
+    const Energies end = energies_of(b.scene, b.state.particles);
+    balance.open = end.kinetic + end.internal - start.kinetic - start.internal - brought;
+    balance.scale += std::abs(end.internal - start.internal);
+    return balance;
 }
 
 } // namespace mpm_scenes

@@ -3,8 +3,6 @@
 #include "messages.hpp"
 #include "mpm_scenes.hpp"
 
-#include <ductile/mpm/time_stepper.hpp>
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -60,14 +58,6 @@ double distance_to(const std::vector<Point>& corners, const Point& place) {
             least = std::min(least, std::hypot(a[0] + s * (c[0] - a[0]) - place[0], a[1] + s * (c[1] - a[1]) - place[1]));
         }
     return least;
-}
-
-struct Total {
-    double kinetic, internal;
-};
-Total energy_of(const Block& b) {
-    const Energies e = energies_of(b.scene, b.state.particles);
-    return {e.kinetic, e.internal};
 }
 
 } // namespace
@@ -310,23 +300,9 @@ TEST_CASE("the energy that passes in a step is all accounted for") {
                 CAPTURE(static_cast<int>(geometry));
                 CAPTURE(friction);
                 const auto check_steps = [&](TimeStepper& stepper, Block& b, double dt) {
-                    double lost = 0.0, in_contact = 0.0, work = 0.0, rubbed = 0.0, scale = 0.0;
-                    const Total start = energy_of(b);
-                    for (int n = 0; n < 5; ++n) {
-                        const StepOutcome outcome = stepper.attempt(b.state, dt, b.state.time + dt);
-                        REQUIRE(outcome.accepted);
-                        const StepEnergies& e = outcome.energies;
-                        CHECK(e.friction >= -1e-12);
-                        rubbed += e.friction;
-                        scale += std::abs(e.surface_work) + std::abs(e.in_contact) + std::abs(e.of_method);
-                        lost += e.friction + e.of_method;
-                        in_contact += e.in_contact;
-                        work += e.surface_work;
-                    }
-                    const Total end = energy_of(b);
-                    const double open = end.kinetic + end.internal + in_contact + lost - start.kinetic - start.internal - work;
-                    CHECK(std::abs(open) < 1e-8 * (scale + std::abs(end.internal - start.internal)));
-                    CHECK((friction > 0.0) == (rubbed > 1e-9));
+                    const StepBalance balance = balance_of_steps(stepper, b, dt);
+                    CHECK(std::abs(balance.open) < 1e-8 * balance.scale);
+                    CHECK((friction > 0.0) == (balance.rubbed > 1e-9));
                 };
                 Block b = pressed(shape, geometry, friction);
                 // explicit steps of the other form do not bear nodes that are almost empty

@@ -15,7 +15,8 @@ struct Hold {
     std::int32_t holder;
 };
 
-/// The nodes that carry mass in this step, numbered from 0 row by row. Vectors over nodes hold x and y components in turn.
+/// The nodes that carry mass in this step, numbered from 0 row by row. Vectors over nodes hold x and y components in turn. Where
+/// bodies do not share the nodes' velocity (Scene::field_of_body) the lattices of the fields lie one above the other.
 struct ActiveNodes {
     int lattice_width = 0, lattice_height = 0;
     int period = 0;                    ///< columns after which the lattice repeats itself; 0: never

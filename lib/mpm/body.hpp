@@ -77,7 +77,8 @@ struct Gap {
 [[nodiscard]] double deepest_contact(const Particles& particles, std::span<const RigidBody> bodies, double time);
 
 /// Adds points on the edge of a shape to the surface of a body that has the particles from `first` to before `last`: corners, and
-/// between them others, as near to each other as particles; of a shape without outlines, the corners of particles' boxes there.
+/// between them others, as near to each other as particles, and the sides from one to the next; of a shape without outlines, the
+/// corners and sides of particles' boxes there.
 /// Each goes with the nearest particle, and has the stiffness that `modulus` [Pa] and a particle's size give to its share of the
 /// edge. Where no particle is within a cell there is no point, nor outside the grid.
 void add_surface(Particles& particles, std::size_t first, std::size_t last, const Shape& shape, double modulus,

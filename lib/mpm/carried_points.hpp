@@ -19,10 +19,12 @@ using NodalWeights = std::array<double, 9>;
     return weights;
 }
 
-/// The particle's stencil with the values B_i = N_i (1 + r . D^-1 (x_i - x_p)) of a point at r from it.
+/// The particle's stencil with the values B_i of a point at r from it (SurfaceContact).
 [[nodiscard]] inline Stencil carried(Stencil s, const PlaneVector& r) {
-    for (std::size_t k = 0; k < s.count; ++k)
-        s.value[k] += r[0] * s.slope_x[k] + r[1] * s.slope_y[k];
+    for (std::size_t k = 0; k < s.count; ++k) {
+        const double along_x = r[0] * s.slope_x[k], along_y = r[1] * s.slope_y[k];
+        s.value[k] += along_x + along_y + (s.value[k] != 0.0 ? along_x * along_y / s.value[k] : 0.0);
+    }
     return s;
 }
 
@@ -44,11 +46,12 @@ inline void scatter(const Stencil& s, const PlaneVector& force, std::span<double
         }
 }
 
-/// Offsets turn and stretch with the affine field around the particle.
+/// Offsets turn and stretch with the field around the particle.
 inline void move(CarriedPoints& points, const Discretisation& discretisation, const NodalMotion& motion) {
     for (std::size_t c = 0; c < points.size(); ++c) {
         const Stencil s = discretisation.stencil(points.carrier(c));
-        const PlaneVector change = motion.dt * sum(s, slopes(s, {points.x[c], points.y[c]}), motion.straining);
+        const Stencil b = carried(s, {points.x[c], points.y[c]});
+        const PlaneVector change = motion.dt * (sum(b, b.value, motion.straining) - sum(s, s.value, motion.straining));
         points.x[c] += change[0];
         points.y[c] += change[1];
     }

@@ -39,6 +39,8 @@ void describe(const State& state, const StepControl& control, const Tally& tally
         for (std::size_t b = 0; b < surface.held.size(); ++b)
             if (!surface.held[b].empty())
                 content.vectors.emplace_back(fmt::format("surface/held_{}", b), surface.held[b]);
+        for (std::size_t b = 0; b < surface.held_by_bodies.size(); ++b)
+            content.vectors.emplace_back(fmt::format("surface/held_by_body_{}", b), surface.held_by_bodies[b]);
     }
     const LoadedSides& loaded = state.particles.loaded;
     if (loaded.size() > 0)
@@ -110,6 +112,8 @@ State read_state(const io::CheckpointReader& checkpoint, const Scene& scene, con
         for (std::size_t b = 0; b < surface.held.size(); ++b)
             if (!surface.held[b].empty())
                 fill_vector(surface.held[b], fmt::format("surface/held_{}", b));
+        for (std::size_t b = 0; b < surface.held_by_bodies.size(); ++b)
+            fill_vector(surface.held_by_bodies[b], fmt::format("surface/held_by_body_{}", b));
     }
     if (LoadedSides& loaded = state.particles.loaded; loaded.size() > 0)
         for (const auto& [name, array] : {std::pair{"loaded/x", &loaded.x},

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <ductile/mpm/body_contact.hpp>
 #include <ductile/mpm/kernels.hpp>
 #include <ductile/mpm/surface_contact.hpp>
 #include <ductile/mpm/surface_loads.hpp>
@@ -27,7 +28,9 @@ std::unique_ptr<Discretisation> make_discretisation(const Scene& scene, bool mid
     std::unique_ptr<Discretisation> made = without_contact(scene, midpoint);
     if (!scene.loads.empty())
         made = with_loads(std::move(made), scene, midpoint);
-    return scene.surface_contact ? with_surface_contact(std::move(made), scene, midpoint) : std::move(made);
+    if (scene.surface_contact)
+        made = with_surface_contact(std::move(made), scene, midpoint);
+    return has_fields(scene) ? with_body_contact(std::move(made), scene, midpoint) : std::move(made);
 }
 
 } // namespace ductile::mpm

@@ -16,7 +16,7 @@ template <class Shape, Geometry geometry> class Kernels final : public Discretis
 public:
     Kernels(const Scene& scene, bool midpoint)
         : scene_(scene), midpoint_(midpoint && scene.finite_rotation), moves_(midpoint_ || has_finite_strain(scene)),
-          transfer_(scene.grid) {}
+          transfer_(scene.grid, scene.field_of_body) {}
 
     void prepare(Particles& particles, std::span<const RigidBody> rigid_bodies, double time, double dt) override {
         check_internal(scene_, particles);

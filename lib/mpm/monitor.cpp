@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <ductile/mpm/body_contact.hpp>
 #include <ductile/mpm/diagnostics.hpp>
 #include <ductile/mpm/monitor.hpp>
 
@@ -220,8 +221,9 @@ void Monitor::observe(const Observation& seen, double smallest_determinant, Tall
     if (state.step % options_.every != 0)
         return;
     double& deepest = tally["deepest_contact_cells"].front();
-    deepest =
-        std::max(deepest, deepest_contact(state.particles, state.rigid_bodies, state.time) / scene_.grid.smallest_spacing());
+    deepest = std::max(deepest, std::max(deepest_contact(state.particles, state.rigid_bodies, state.time),
+                                         deepest_body_contact(state.particles, scene_)) /
+                                    scene_.grid.smallest_spacing());
     if (options_.inertia)
         stress_oscillation::look(tally.at("stress_oscillation"), state.time, mean_stress(state.particles), options_.every);
     const Connectivity c = connectivity_of(scene_.grid, state.particles);
@@ -277,7 +279,7 @@ void Monitor::conclude(const Observation& seen, const Tally& tally, const Partic
             "too early or too late; take steps {:.2g} times as long",
             travel, 0.2 * doubtful_travel / travel));
     if (const double deepest = tally.at("deepest_contact_cells")[0]; deepest > doubtful_depth)
-        warn(fmt::format("a surface lay {:.2g} cells within a rigid body: contact is as stiff as a layer of particles, and the "
+        warn(fmt::format("a surface lay {:.2g} cells within another body: contact is as stiff as a layer of particles, and the "
                          "pressure there is a large part of the material's stiffness; take smaller cells if that way matters",
                          deepest));
     const std::vector<double>&pieces = tally.at("pieces"), &holes = tally.at("holes");

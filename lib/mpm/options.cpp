@@ -313,14 +313,16 @@ std::unique_ptr<TimeStepper> make_time_stepper(const Options& o, const Scene& sc
                                .largest_linear_iterations = o.krylov_vectors};
     if (o.solver == SolverKind::newton_cg || o.solver == SolverKind::kinsol_cg) {
         const auto rubs = std::ranges::find_if(start.rigid_bodies, [](const RigidBody& body) { return body.friction > 0.0; });
+        const bool bodies_rub = !scene.friction_of_body.empty();
         const auto presses =
             std::ranges::find_if(scene.loads, [](const Load& load) { return load.pressure != History<double>(); });
-        if (rubs != start.rigid_bodies.end() || presses != scene.loads.end())
+        if (bodies_rub || rubs != start.rigid_bodies.end() || presses != scene.loads.end())
             throw InputError(
-                fmt::format("conjugate gradients need a symmetric Jacobian, and {} '{}' makes it unsymmetric: choose "
-                            "--solver newton-gmres",
-                            rubs != start.rigid_bodies.end() ? "the friction of" : "the pressure of the load",
-                            rubs != start.rigid_bodies.end() ? rubs->name : presses->name));
+                fmt::format("conjugate gradients need a symmetric Jacobian, and {} makes it unsymmetric: choose --solver "
+                            "newton-gmres",
+                            bodies_rub                         ? "friction between bodies"
+                            : rubs != start.rigid_bodies.end() ? fmt::format("the friction of '{}'", rubs->name)
+                                                               : fmt::format("the pressure of the load '{}'", presses->name)));
     }
     const double stable = explicit_step_size(scene, start.particles, o.safety);
     return make_implicit_stepper(scene,

@@ -24,11 +24,14 @@ struct CarriedPoints {
     [[nodiscard]] std::size_t carrier(std::size_t c) const { return static_cast<std::size_t>(particle[c]); }
 };
 
-/// Points on the edges of bodies, which touch the surfaces of rigid ones (SurfaceContact).
+/// Points on the edges of bodies, which touch the surfaces of rigid ones (SurfaceContact) and of each other (BodyContact).
 struct SurfacePoints : CarriedPoints {
+    aligned_vector<std::int64_t> next;        ///< the point at the other end of the side that begins here, with what is outside
+                                              ///< on its right; -1 if none does
     aligned_vector<double> stiffness;         ///< of the contact [N/m, a metre of thickness or a radian]
     std::vector<aligned_vector<double>> held; ///< [b]: tangential force by the rigid body b [N, likewise], along its surface
                                               ///< with what is outside on the right
+    std::vector<aligned_vector<double>> held_by_bodies; ///< likewise, by bodies
 
     /// Room for the forces of this rigid body, which rubs; they are zero.
     void provide_friction(std::size_t body) {
@@ -36,6 +39,8 @@ struct SurfacePoints : CarriedPoints {
             held.resize(body + 1);
         held[body].assign(size(), 0.0);
     }
+    /// The same for so many bodies.
+    void provide_friction_of_bodies(std::size_t count) { held_by_bodies.assign(count, aligned_vector<double>(size(), 0.0)); }
 };
 
 /// The middles of sides of bodies' edges that loads act on (SurfaceLoads), and the sides.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <ductile/base/error.hpp>
+#include <ductile/mpm/body_contact.hpp>
 #include <ductile/mpm/scene.hpp>
 
 #include <algorithm>
@@ -14,6 +15,10 @@ bool is_linear(const Scene& scene) {
     return !scene.finite_rotation && !scene.surface_contact && !follows &&
            std::all_of(scene.materials.begin(), scene.materials.end(),
                        [](const Material& material) { return material.law->linear(); });
+}
+
+bool has_fields(const Scene& scene) {
+    return std::ranges::any_of(scene.field_of_body, [](int field) { return field > 0; });
 }
 
 bool has_finite_strain(const Scene& scene) {
@@ -154,7 +159,8 @@ void check_surface(const RigidBody& body, const Scene& scene) {
 
 void check_surface(const SurfacePoints& surface, std::span<const RigidBody> rigid_bodies, std::size_t particles) {
     const std::size_t count = surface.size();
-    if (surface.x.size() != count || surface.y.size() != count || surface.stiffness.size() != count)
+    if (surface.x.size() != count || surface.y.size() != count || surface.next.size() != count ||
+        surface.stiffness.size() != count)
         throw InputError("the arrays of surface points differ in length");
     for (std::size_t c = 0; c < count; ++c) {
         if (surface.particle[c] < 0 || surface.particle[c] >= static_cast<std::int64_t>(particles))
@@ -166,6 +172,8 @@ void check_surface(const SurfacePoints& surface, std::span<const RigidBody> rigi
                 fmt::format("surface point {} has the offset ({}, {}) m and the stiffness {} N/m: they must be finite, "
                             "and the stiffness positive",
                             c, surface.x[c], surface.y[c], surface.stiffness[c]));
+        if (surface.next[c] < -1 || surface.next[c] >= static_cast<std::int64_t>(count))
+            throw InputError(fmt::format("a side goes from surface point {} to {}, which is not there", c, surface.next[c]));
     }
     for (std::size_t b = 0; b < rigid_bodies.size(); ++b)
         if (rigid_bodies[b].surface && rigid_bodies[b].friction > 0.0 &&
@@ -173,6 +181,33 @@ void check_surface(const SurfacePoints& surface, std::span<const RigidBody> rigi
             throw InputError(fmt::format("the surface points have no room for the friction of the rigid body '{}': use "
                                          "SurfacePoints::provide_friction()",
                                          rigid_bodies[b].name));
+}
+
+void check_fields(const Scene& scene, const Particles& particles) {
+    if (scene.grid.periodic())
+        throw InputError(
+            "bodies touch by their surfaces, and the grid is periodic, where surfaces are not followed from one side "
+            "to the other: let the bodies share the nodes, or take other sides");
+    if (!scene.surface_contact)
+        throw InputError("bodies touch by their surfaces: set Scene::surface_contact");
+    for (const int field : scene.field_of_body)
+        if (field < 0)
+            throw InputError(fmt::format("a body has the velocity field {}: they count from 0", field));
+    const std::size_t bodies = scene.field_of_body.size();
+    for (const std::int64_t body : particles.body)
+        if (body < 0 || body >= static_cast<std::int64_t>(bodies))
+            throw InputError(fmt::format("a particle is of the body {}, and the scene has fields for {}", body, bodies));
+    for (const double friction : scene.friction_of_body)
+        if (!(friction >= 0.0 && std::isfinite(friction)))
+            throw InputError(fmt::format("a body has the friction {}: it must be zero or positive, and finite", friction));
+    if (scene.friction_of_body.empty())
+        return;
+    if (scene.friction_of_body.size() != bodies || particles.surface.held_by_bodies.size() != bodies ||
+        !std::ranges::all_of(particles.surface.held_by_bodies,
+                             [&](const auto& held) { return held.size() == particles.surface.size(); }))
+        throw InputError(fmt::format("the {} bodies rub on each other, and the surface points have no room for it: use "
+                                     "SurfacePoints::provide_friction_of_bodies()",
+                                     bodies));
 }
 
 void check_loaded(const LoadedSides& loaded, const Scene& scene, std::size_t particles) {
@@ -257,6 +292,14 @@ void check(const Scene& scene, const Particles& particles, std::span<const Rigid
     }
     check_surface(particles.surface, rigid_bodies, particles.size());
     check_loaded(particles.loaded, scene, particles.size());
+    if (has_fields(scene)) {
+        check_fields(scene, particles);
+        if (const double deepest = deepest_body_contact(particles, scene) / scene.grid.smallest_spacing();
+            time == 0.0 && deepest > 1e-6)
+            throw InputError(fmt::format("a body lies {:.3g} cells within another at the start: bodies may touch there, and not "
+                                         "overlap; of round ones the edges are polygons with corners a particle apart",
+                                         deepest));
+    }
     if (const double deepest = deepest_contact(particles, rigid_bodies, time) / scene.grid.smallest_spacing();
         time == 0.0 && deepest > 1e-6)
         throw InputError(fmt::format("a body lies {:.3g} cells within the surface of a rigid body at the start: bodies may touch "

@@ -46,11 +46,18 @@ struct Scene {
     bool affine = false;
     /// Whether rigid bodies may have surfaces, which the surface points of the particles touch.
     bool surface_contact = false;
+    /// By number of body: bodies of one field share the nodes' velocity, and stick where they meet; those of different ones touch
+    /// by their surfaces (BodyContact). Empty: all are of one.
+    std::vector<int> field_of_body = {};
+    std::vector<double> friction_of_body = {}; ///< Coulomb's coefficient; of two that touch the larger one; empty: none
     std::vector<Load> loads = {};
 };
 
 /// Whether the stress depends linearly on the velocity, for any state: one linear solve is an implicit step.
 [[nodiscard]] bool is_linear(const Scene& scene);
+
+/// Whether some bodies do not share the nodes' velocity.
+[[nodiscard]] bool has_fields(const Scene& scene);
 
 /// Whether a law of the scene is one at finite strain.
 [[nodiscard]] bool has_finite_strain(const Scene& scene);

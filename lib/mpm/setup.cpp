@@ -139,6 +139,13 @@ void declare(io::Keys& keys, Setup::Deformable& body, const std::vector<std::str
     keys.number_or_auto(
         "internal", body.internal,
         optional("internal variable at the start: plastic strain, or effective temperature (STZ); auto: the law's", "1, or K"));
+    keys.choice("contact", body.contact,
+                {{"nodes", Setup::Contact::nodes, "it shares the nodes' velocity with the others of the kind: they stick"},
+                 {"surface", Setup::Contact::surface, "others touch its surface and slide on it"}},
+                optional("how it meets other bodies"));
+    keys.option(
+        "friction", body.friction,
+        optional("Coulomb's coefficient on other bodies, of one with a surface; of two the larger one", "1", io::not_negative));
 }
 
 void declare(io::Keys& keys, Setup::Rigid& body) {
@@ -325,6 +332,32 @@ void for_each_body(const Particles& particles, const auto& visit) {
     }
 }
 
+/// The velocity fields of the bodies: one for all that share the nodes, and one for each that does not.
+void separate(Problem& problem, const Setup& setup) {
+    const auto by_surface = [](const Setup::Deformable& body) { return body.contact == Setup::Contact::surface; };
+    for (const Setup::Deformable& body : setup.bodies)
+        if (body.friction != 0.0 && !by_surface(body))
+            throw InputError(fmt::format("the body '{}' shares the nodes with others, and has a friction, which is of one with "
+                                         "contact = \"surface\"",
+                                         body.name));
+    const auto found = std::ranges::find_if(setup.bodies, by_surface);
+    if (found == setup.bodies.end())
+        return;
+    if (setup.bodies.size() == 1)
+        throw InputError(
+            fmt::format("the body '{}' has contact = \"surface\", which is of bodies that meet others, and there is no "
+                        "other: leave it out (rigid bodies have a contact of their own)",
+                        found->name));
+    Scene& scene = problem.scene;
+    scene.surface_contact = true;
+    int fields = std::ranges::all_of(setup.bodies, by_surface) ? 0 : 1;
+    for (const Setup::Deformable& body : setup.bodies)
+        scene.field_of_body.push_back(by_surface(body) ? fields++ : 0);
+    if (std::ranges::any_of(setup.bodies, [](const Setup::Deformable& body) { return body.friction > 0.0; }))
+        for (const Setup::Deformable& body : setup.bodies)
+            scene.friction_of_body.push_back(body.friction);
+}
+
 /// To all bodies, once they have their particles.
 void add_surfaces(Problem& problem, const Setup& setup, Method method) {
     // of a layer as thick as a particle: ten times the material leaves Newton's iterations as many, a hundred doubles them;
@@ -338,14 +371,15 @@ void add_surfaces(Problem& problem, const Setup& setup, Method method) {
         const double stiffness = method == Method::explicit_steps ? layer / half_cell : 10.0;
         add_surface(particles, first, last, setup.bodies[body].shape, stiffness * law->elasticity().alpha(), problem.scene);
         if (particles.surface.size() == before)
-            throw InputError(
-                fmt::format("the body '{}' has no point of its surface near a particle, and would pass through the rigid "
-                            "bodies that have one: use smaller cells or more particles a cell",
-                            setup.bodies[body].name));
+            throw InputError(fmt::format("the body '{}' has no point of its surface near a particle, and would pass through the "
+                                         "bodies that have one: use smaller cells or more particles a cell",
+                                         setup.bodies[body].name));
     });
     for (std::size_t b = 0; b < problem.start.rigid_bodies.size(); ++b)
         if (problem.start.rigid_bodies[b].friction > 0.0)
             particles.surface.provide_friction(b);
+    if (!problem.scene.friction_of_body.empty())
+        particles.surface.provide_friction_of_bodies(problem.scene.friction_of_body.size());
 }
 
 void add_load(Problem& problem, const Setup& setup, const Setup::EdgeLoad& load) {
@@ -452,6 +486,7 @@ Problem make_problem(const Setup& setup, const Options& options) {
         problem.scene.surface_contact = problem.scene.surface_contact || body.surface.has_value();
         problem.start.rigid_bodies.push_back(std::move(body));
     }
+    separate(problem, setup);
     if (problem.scene.surface_contact)
         add_surfaces(problem, setup, options.method);
     for (const Setup::EdgeLoad& load : setup.loads)

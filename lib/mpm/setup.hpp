@@ -22,6 +22,7 @@ struct Setup {
         double left = 0.0, bottom = 0.0, width = 0.0, height = 0.0;
     };
     /// [[bodies]]: filled with particles, or with those of a file.
+    enum class Contact { nodes, surface };
     struct Deformable {
         std::string name = "body";
         std::string material = {}; ///< name of one of the materials
@@ -32,8 +33,9 @@ struct Setup {
         std::vector<double> axial_mode = {}; ///< empty, or speed and length: u = speed sin(pi x/(2 length)) besides
         int particles_per_side = 0;          ///< of a cell; 0: --particles-per-side
         std::string internal = "auto";       ///< internal variable at the start; auto: that of the law
+        Contact contact = Contact::nodes;
+        double friction = 0.0; ///< on other bodies, of a surface
     };
-    enum class Contact { nodes, surface };
     /// [[rigid-bodies]]
     struct Rigid {
         std::string name = "rigid";

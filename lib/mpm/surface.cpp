@@ -91,16 +91,22 @@ int outside(const Shape& shape, const Point& from, const Point& to, double spaci
            static_cast<int>(shape(middle[0] + right[0], middle[1] + right[1]));
 }
 
-/// Calls `visit(place, share)` for points of an outline, and the part of its length that each stands for, as far as the outline
-/// is the edge of the shape.
-void for_each_edge_point(const Outline& outline, const Shape& shape, double spacing,
-                         const std::function<double(const Point&)>& weight, const auto& visit) {
-    const std::vector<Point> places = places_on(outline, spacing);
+/// The points of an outline, as far as that is the edge of a shape.
+struct Edge {
+    std::vector<Point> places;
+    std::vector<double> share; ///< the part of the edge that each stands for; 0: it is not on the edge
+    std::vector<int> right;    ///< outside() of the side that begins there
+};
+
+Edge edge_of(const Outline& outline, const Shape& shape, double spacing, const std::function<double(const Point&)>& weight) {
+    Edge edge{.places = places_on(outline, spacing), .share = {}, .right = {}};
+    const std::vector<Point>& places = edge.places;
     std::vector<double> before(places.size(), 0.0),
         after(places.size(), 0.0); // what a place stands for of the sides that meet there
     for (std::size_t k = 0; k < places.size(); ++k) {
         const std::size_t next = (k + 1) % places.size();
-        if (outside(shape, places[k], places[next], spacing) == 0)
+        edge.right.push_back(outside(shape, places[k], places[next], spacing));
+        if (edge.right.back() == 0)
             continue;
         const double half = 0.5 * length(places[next] - places[k]);
         after[k] = half * weight(0.75 * places[k] + 0.25 * places[next]);
@@ -111,10 +117,9 @@ void for_each_edge_point(const Outline& outline, const Shape& shape, double spac
         const Point next = places[(k + 1) % places.size()] - places[k];
         const double along = dot(last, next) / (length(last) * length(next));
         // a plane that a sharp corner lies on sees one of the sides
-        const double share = std::max(before[k], after[k]) + std::max(along, 0.0) * std::min(before[k], after[k]);
-        if (share > 0.0)
-            visit(places[k], share);
+        edge.share.push_back(std::max(before[k], after[k]) + std::max(along, 0.0) * std::min(before[k], after[k]));
     }
+    return edge;
 }
 
 /// Particles of a body by cells.
@@ -223,33 +228,59 @@ void add_surface(Particles& particles, std::size_t first, std::size_t last, cons
     const Neighbours neighbours(scene.grid, particles, first, last);
     const auto radius = [&](const Point& place) { return scene.geometry == Geometry::axisymmetric ? std::abs(place[0]) : 1.0; };
     SurfacePoints& surface = particles.surface;
-    const auto add = [&](const Point& place, double share) {
-        const std::size_t p = contains(scene.grid, place[0], place[1]) ? neighbours.nearest(place) : particles.size();
+    /// Its number, or -1 where none is added.
+    const auto add = [&](const Point& place, double share) -> std::int64_t {
+        const bool wanted = share > 0.0 && contains(scene.grid, place[0], place[1]);
+        const std::size_t p = wanted ? neighbours.nearest(place) : particles.size();
         if (p == particles.size())
-            return;
+            return -1;
         const double size = 2.0 * std::sqrt(particles.half_width[p] * particles.half_height[p]);
         surface.particle.push_back(static_cast<std::int64_t>(p));
         surface.x.push_back(place[0] - particles.x[p]);
         surface.y.push_back(place[1] - particles.y[p]);
+        surface.next.push_back(-1);
         surface.stiffness.push_back(modulus * share / size);
+        return static_cast<std::int64_t>(surface.size()) - 1;
+    };
+    const auto join = [&](std::int64_t from, std::int64_t to) {
+        if (from >= 0 && to >= 0)
+            surface.next[static_cast<std::size_t>(from)] = to;
     };
     const double spacing = 2.0 * std::min(particles.half_width[first], particles.half_height[first]);
-    for (const Outline& outline : shape.outlines())
-        for_each_edge_point(outline, shape, spacing, radius, add);
+    for (const Outline& outline : shape.outlines()) {
+        const Edge edge = edge_of(outline, shape, spacing, radius);
+        std::vector<std::int64_t> number;
+        for (std::size_t k = 0; k < edge.places.size(); ++k)
+            number.push_back(add(edge.places[k], edge.share[k]));
+        for (std::size_t k = 0; k < number.size(); ++k)
+            if (const std::int64_t here = number[k], there = number[(k + 1) % number.size()]; edge.right[k] > 0)
+                join(here, there);
+            else if (edge.right[k] < 0)
+                join(there, here);
+    }
     if (!shape.outlines().empty())
         return;
     // of particles without a shape, the corners of their boxes at sides beyond which there is no other
+    constexpr std::array<Point, 4> corners{{{1.0, -1.0}, {1.0, 1.0}, {-1.0, 1.0}, {-1.0, -1.0}}}; // counterclockwise
     for (std::size_t p = first; p < last; ++p) {
         const Point centre{particles.x[p], particles.y[p]}, half{particles.half_width[p], particles.half_height[p]};
-        const auto is_edge = [&](const Point& towards) { return neighbours.none_beyond(p, towards); };
-        for (const double a : {-1.0, 1.0})
-            for (const double b : {-1.0, 1.0}) {
-                const Point to_x{a * half[0], 0.0}, to_y{0.0, b * half[1]}, corner = centre + to_x + to_y;
-                const double beside = is_edge(to_x) ? half[1] * radius(corner - 0.5 * to_y) : 0.0;
-                const double above = is_edge(to_y) ? half[0] * radius(corner - 0.5 * to_x) : 0.0;
-                if (const double share = std::max(beside, above); share > 0.0)
-                    add(corner, share);
-            }
+        const auto at = [&](const Point& part) { return centre + Point{part[0] * half[0], part[1] * half[1]}; };
+        std::array<bool, 4> is_edge{}; // the side from a corner to the next
+        std::array<double, 4> part{};  // of it, that each end stands for
+        for (std::size_t k = 0; k < 4; ++k) {
+            const Point out = 0.5 * (corners[k] + corners[(k + 1) % 4]);
+            is_edge[k] = neighbours.none_beyond(p, {out[0] * half[0], out[1] * half[1]});
+            part[k] = is_edge[k] ? half[k % 2 == 0 ? 1 : 0] : 0.0;
+        }
+        std::array<std::int64_t, 4> number{};
+        for (std::size_t k = 0; k < 4; ++k) {
+            const std::size_t before = (k + 3) % 4;
+            number[k] = add(at(corners[k]), std::max(part[before] * radius(at(0.25 * corners[before] + 0.75 * corners[k])),
+                                                     part[k] * radius(at(0.75 * corners[k] + 0.25 * corners[(k + 1) % 4]))));
+        }
+        for (std::size_t k = 0; k < 4; ++k)
+            if (is_edge[k])
+                join(number[k], number[(k + 1) % 4]);
     }
 }
 

@@ -21,16 +21,20 @@ constexpr double disorder_limit = 1.25; // runs for each occupied cell above whi
 } // namespace
 
 template <class Shape>
-Transfer<Shape>::Transfer(const Grid& grid)
+Transfer<Shape>::Transfer(const Grid& grid, std::span<const int> field_of_body)
     : grid_(grid), inverse_dx_(1.0 / grid.dx()),
       inverse_dy_(1.0 / grid.dy()), line_x_{grid.cells_x, grid.periodic()}, line_y_{grid.cells_y},
       nodes_x_(Shape::nodes(line_x_)), nodes_y_(Shape::nodes(line_y_)) {
-    const auto lattice = static_cast<std::size_t>(nodes_x_) * static_cast<std::size_t>(nodes_y_);
+    for (const int field : field_of_body) {
+        fields_ = std::max(fields_, field + 1);
+        begin_of_body_.push_back(field * nodes_x_ * nodes_y_);
+    }
+    const auto lattice = static_cast<std::size_t>(nodes_x_) * static_cast<std::size_t>(fields_ * nodes_y_);
     lattice_mass_.resize(lattice);
     number_.resize(lattice);
     touched_ = {0, lattice};
     nodes_.lattice_width = nodes_x_;
-    nodes_.lattice_height = nodes_y_;
+    nodes_.lattice_height = fields_ * nodes_y_;
     nodes_.period = grid.periodic() ? grid.cells_x : 0;
 }
 
@@ -62,6 +66,8 @@ template <class Shape> void Transfer<Shape>::settle(const Particles& particles, 
     Shape::store(place.xi, place.cell_x, line_x_, particles.half_width[p] * inverse_dx_, stored);
     Shape::store(place.eta, place.cell_y, line_y_, particles.half_height[p] * inverse_dy_, stored + Shape::stored);
     first_[p] = Shape::first(place.eta, place.cell_y, line_y_) * nodes_x_ + Shape::first(place.xi, place.cell_x, line_x_);
+    if (!begin_of_body_.empty())
+        first_[p] += begin_of_body_[static_cast<std::size_t>(particles.body[p])];
 }
 
 template <class Shape> void Transfer<Shape>::settle_all(const Particles& particles) {
@@ -111,7 +117,7 @@ template <class Shape> void Transfer<Shape>::find_runs(const Particles& particle
 /// Within a stripe runs stay in the order of the particles.
 template <class Shape> void Transfer<Shape>::sort_by_stripes() {
     const auto stripe_of = [&](const Run& run) { return static_cast<std::size_t>(run.first / nodes_x_ / stripe_rows); };
-    stripe_begin_.assign(static_cast<std::size_t>((nodes_y_ - 1) / stripe_rows + 2), 0);
+    stripe_begin_.assign(static_cast<std::size_t>((fields_ * nodes_y_ - 1) / stripe_rows + 2), 0);
     bool sorted = true;
     std::size_t last = 0;
     for (const Run& run : runs_) {
@@ -319,7 +325,7 @@ void Transfer<Shape>::hold(std::size_t component, double velocity, std::int32_t 
                 return h < 0 ? fmt::format("the {} side of the grid", sides[-h - 1])
                              : fmt::format("the rigid body '{}'", rigid_bodies[static_cast<std::size_t>(h)].name);
             };
-            const int node = nodes_.lattice[component / 2], row = node / nodes_x_;
+            const int node = nodes_.lattice[component / 2], row = row_of(node);
             throw RunError(fmt::format(
                 "{} and {} hold one node, near ({:.6g}, {:.6g}) m, at different velocities in {}, {:g} and {:g} m/s: end the run "
                 "before they come so near to each other, use smaller cells, or let one of them slip",
@@ -355,9 +361,10 @@ void Transfer<Shape>::prescribe(std::span<const RigidBody> rigid_bodies, double 
             Shape::store(eta, cell_y, line_y_, body.half_width, stored[1]);
             const Factors<support> fx = Shape::expand(stored[0], inverse_dx_), fy = Shape::expand(stored[1], inverse_dy_);
             const int first = Shape::first(eta, cell_y, line_y_) * nodes_x_ + Shape::first(xi, cell_x, line_x_);
-            for (int k = 0; k < seen; ++k) {
-                const std::int32_t number = number_[first + k / support * nodes_x_ + k % support];
-                if (number < 0 || fx.w[k % support] * fy.w[k / support] <= edge)
+            for (int k = 0; k < fields_ * seen; ++k) {
+                const int field = k / seen, i = k % support, j = k % seen / support;
+                const std::int32_t number = number_[first + (field * nodes_y_ + j) * nodes_x_ + i];
+                if (number < 0 || fx.w[i] * fy.w[j] <= edge)
                     continue;
                 const auto n = static_cast<std::size_t>(number);
                 if (std::exchange(touched_by_[n], number_of_body) == number_of_body)
@@ -377,7 +384,7 @@ void Transfer<Shape>::prescribe(std::span<const RigidBody> rigid_bodies, double 
             hold(2 * n + static_cast<std::size_t>(1 - normal), 0.0, side, rigid_bodies);
     };
     for (std::size_t n = 0; n < nodes_.count(); ++n) {
-        const int i = nodes_.lattice[n] % nodes_x_, j = nodes_.lattice[n] / nodes_x_;
+        const int i = nodes_.lattice[n] % nodes_x_, j = row_of(nodes_.lattice[n]);
         if (i < Shape::wall_layers)
             at_side(n, grid_.sides.left, left_side, 0);
         if (i >= nodes_x_ - Shape::wall_layers)

@@ -26,6 +26,9 @@ namespace ductile::mpm {
 /// With linear shape functions a particle on a cell edge (to 1e-12 of a cell) would lose half of its gradient so; it sees the
 /// nodes of the neighbouring cell instead.
 ///
+/// Bodies that do not share the nodes' velocity (Scene::field_of_body) see lattices of their own, one above the other: rows from
+/// a multiple of nodes_y_ on are the nodes of the next field.
+///
 /// On a periodic grid columns of the lattice from cells_x on are images of the first ones: the same active nodes, by number_.
 template <class Shape> class Transfer {
 public:
@@ -38,7 +41,7 @@ public:
         std::int32_t node[seen]; ///< active numbers; row by row
     };
 
-    explicit Transfer(const Grid& grid);
+    explicit Transfer(const Grid& grid, std::span<const int> field_of_body = {});
 
     /// Caches weights and finds the active nodes, their masses, mapped velocities (2.2.14) and prescribed components. May sort
     /// the particles. Rigid bodies and sides that hold one component of a node share it if they prescribe the same velocity.
@@ -105,7 +108,7 @@ public:
         return offsets(f, spacing);
     }
     [[gnu::DUCTILE_ALWAYS_INLINE]] auto offsets_y(std::int32_t first, const Factors<support>& f) const {
-        auto spacing = Shape::spacing(first / nodes_x_, line_y_);
+        auto spacing = Shape::spacing(row_of(first), line_y_);
         for (double& s : spacing)
             s *= grid_.dy();
         return offsets(f, spacing);
@@ -115,6 +118,8 @@ public:
 private:
     static constexpr int stripe_rows = 4; // at least support - 1
 
+    /// Of a lattice place, on the grid.
+    [[nodiscard]] int row_of(int place) const { return place / nodes_x_ % nodes_y_; }
     [[nodiscard]] bool worth_threads() const { return threads_worth(static_cast<long long>(particles_)) > 1; }
 
     struct Place {
@@ -143,8 +148,10 @@ private:
     double inverse_dx_, inverse_dy_;
     CellLine line_x_, line_y_;
     int nodes_x_, nodes_y_;
-    aligned_vector<double> weights_;  // stored numbers of x, then of y, particle after particle
-    std::vector<std::int32_t> first_; // lattice place of the first node a particle sees
+    int fields_ = 1;
+    std::vector<std::int32_t> begin_of_body_; // lattice place where the field of a body begins; empty: there is one field
+    aligned_vector<double> weights_;          // stored numbers of x, then of y, particle after particle
+    std::vector<std::int32_t> first_;         // lattice place of the first node a particle sees
     std::vector<Run> runs_, sorted_runs_;
     std::vector<std::size_t> stripe_place_;
     std::vector<std::int32_t> order_; // of sorted particles
