@@ -195,6 +195,19 @@ TEST_CASE("the derivative agrees with difference quotients over four decades") {
                 }
 }
 
+TEST_CASE("the derivative knows how the normal turns about a reentrant corner") {
+    for (const ImplicitScheme scheme : {ImplicitScheme{}, {.method = ImplicitMethod::midpoint}}) {
+        Block b{.scene = {.grid = {10, 10, 1.0, 1.0, 0.0, 0.0, {}}, .materials = {{law_named("elastic")}}}, .state = {}};
+        add_bodies(b, {{polygon({{0.2, 0.1}, {0.8, 0.1}, {0.8, 0.5}, {0.5, 0.3}, {0.2, 0.5}}), 0, 2, 0.3},
+                       {polygon({{0.501, 0.288}, {0.6, 0.6}, {0.4, 0.6}}), 1, 2, 0.3}});
+        MomentumBalance balance(b.scene, scheme);
+        balance.prepare(b.state, 0.005);
+        const auto errors = jacobian_errors(balance, 21);
+        CAPTURE(errors[0]);
+        CHECK(errors[4] < 0.01 * errors[0] + 2e-7);
+    }
+}
+
 TEST_CASE("the derivative is symmetric without friction, where the force is that at the end") {
     Block b = heap(ShapeFunction::gimp, Geometry::plane_strain, 0.0);
     const auto discretisation = make_discretisation(b.scene);
@@ -257,6 +270,121 @@ TEST_CASE("the midpoint rule stores to the last joule what parallel sides do to 
         CHECK(std::abs(e.in_contact) > 1e-5);
         CHECK(std::abs(work + e.in_contact) < 1e-12 * std::abs(e.in_contact));
     }
+}
+
+TEST_CASE("what lies on a floor is pressed up and not aside: by points that its front has just passed, or beside a wall") {
+    const auto forces = [](const std::vector<Part>& parts) {
+        Block b{.scene = {.grid = {10, 10, 1.0, 1.0, 0.0, 0.0, {}}, .materials = {{law_named("elastic")}}}, .state = {}};
+        add_bodies(b, parts);
+        const auto discretisation = make_discretisation(b.scene);
+        discretisation->prepare(b.state.particles, {}, 0.0, 0.01);
+        const ActiveNodes& nodes = discretisation->nodes();
+        std::vector<double> force(nodes.components());
+        discretisation->internal_force(b.state.particles, force);
+        Point sum{};
+        for (std::size_t n = 0; n < nodes.count(); ++n)
+            if (nodes.lattice[n] / nodes.lattice_width >= nodes.lattice_height / 2) {
+                sum[0] += force[2 * n];
+                sum[1] += force[2 * n + 1];
+            }
+        return sum;
+    };
+    const Point front = forces({{rectangle(0.1, 0.1, 0.9, 0.4), 0}, {rectangle(0.25, 0.398, 0.601, 0.6), 1}});
+    CHECK(front[1] > 0.1);
+    CHECK(std::abs(front[0]) < 1e-12 * front[1]);
+    const Shape corner = polygon({{0.1, 0.1}, {0.9, 0.1}, {0.9, 0.7}, {0.5, 0.7}, {0.5, 0.3}, {0.1, 0.3}});
+    const Point wall = forces({{corner, 0}, {rectangle(0.2, 0.24, 0.48, 0.5), 1}});
+    CHECK(wall[1] > 0.1);
+    CHECK(std::abs(wall[0]) < 1e-12 * wall[1]);
+}
+
+TEST_CASE("an edge that ends goes on for the length of a side") {
+    Block b{.scene = {.grid = {10, 10, 1.0, 1.0, 0.0, 0.0, {}}, .materials = {{law_named("elastic")}}}, .state = {}};
+    add_bodies(b, {{rectangle(0.1, 0.1, 0.9, 0.4), 0}, {polygon({{0.325, 0.39}, {0.4, 0.6}, {0.25, 0.6}}), 1}});
+    Particles& p = b.state.particles;
+    CHECK(deepest_body_contact(p, b.scene) == doctest::Approx(0.01));
+    const auto point_at = [&](double x) {
+        for (std::size_t c = 0; c < p.surface.size(); ++c)
+            if (std::abs(p.x[p.surface.carrier(c)] + p.surface.x[c] - x) < 1e-9 &&
+                std::abs(p.y[p.surface.carrier(c)] + p.surface.y[c] - 0.4) < 1e-9)
+                return c;
+        FAIL("there is no such point");
+        return std::size_t{0};
+    };
+    const std::size_t begin = point_at(0.4), from = point_at(0.35), to = point_at(0.3);
+    REQUIRE(p.surface.next[from] == static_cast<std::int64_t>(to)); // with the outside on the right
+    p.surface.next[from] = -1;
+    CHECK(deepest_body_contact(p, b.scene) == doctest::Approx(0.01)); // by both ends' sides
+    p.surface.next[to] = -1;                                          // no side begins there
+    CHECK(deepest_body_contact(p, b.scene) == doctest::Approx(0.01));
+    p.surface.next[from] = static_cast<std::int64_t>(to);
+    p.surface.next[begin] = p.surface.next[from] = -1;
+    p.surface.next[to] = static_cast<std::int64_t>(point_at(0.25));
+    CHECK(deepest_body_contact(p, b.scene) == doctest::Approx(0.01));
+    p.surface.next[to] = -1;
+    CHECK(deepest_body_contact(p, b.scene) == 0.0); // a side and more away
+}
+
+TEST_CASE("of two materials the softer one's layer gives way") {
+    const auto pressure = [](double lower, double upper) {
+        Block b{.scene = {.grid = {8, 8, 0.8, 0.8, 0.0, 0.0, {}},
+                          .materials = {{linear_elastic_law(elasticity_from_young(lower, 0.3))},
+                                        {linear_elastic_law(elasticity_from_young(upper, 0.3))}}},
+                .state = {}};
+        add_bodies(b, {{rectangle(0.1, 0.1, 0.7, 0.3), 0}, {rectangle(0.2, 0.299, 0.6, 0.5), 1, 2, 0.0, 1}});
+        const auto discretisation = make_discretisation(b.scene);
+        discretisation->prepare(b.state.particles, {}, 0.0, 0.01);
+        const ActiveNodes& nodes = discretisation->nodes();
+        std::vector<double> force(nodes.components());
+        discretisation->internal_force(b.state.particles, force);
+        double sum = 0.0;
+        for (std::size_t n = 0; n < nodes.count(); ++n)
+            if (nodes.lattice[n] / nodes.lattice_width >= nodes.lattice_height / 2)
+                sum += force[2 * n + 1];
+        return sum;
+    };
+    const double equal = pressure(1000.0, 1000.0);
+    // ten layers' stiffness over 0.4 m, 1 mm within each other; the ends of the edges stand for the halves of sides
+    CHECK(equal == doctest::Approx(10.0 * elasticity_from_young(1000.0, 0.3).alpha() / 0.05 * 0.001 * 0.4).epsilon(0.08));
+    CHECK(pressure(1000.0, 1e9) == doctest::Approx(2.0 * equal).epsilon(1e-5));
+    CHECK(pressure(1e9, 1000.0) == doctest::Approx(2.0 * equal).epsilon(1e-5));
+    CHECK(pressure(1000.0, 3000.0) == doctest::Approx(1.5 * equal).epsilon(1e-9));
+}
+
+TEST_CASE("the forces after a step are those of the particles where they have come to, by every form") {
+    for (const double friction : {0.0, 0.3})
+        for (const std::string method : {"explicit", "implicit"}) {
+            CAPTURE(friction);
+            CAPTURE(method);
+            Block b = heap(ShapeFunction::gimp, Geometry::plane_strain, friction);
+            ImplicitOptions options;
+            options.newton.tolerance = 1e-12;
+            const auto stepper =
+                method == "explicit" ? make_explicit_stepper(b.scene, Form::momentum) : make_implicit_stepper(b.scene, options);
+            for (int n = 0; n < 3; ++n)
+                REQUIRE(stepper->attempt(b.state, 1e-3, b.state.time + 1e-3).accepted);
+            // of the first body, whatever the weights: they sum to one
+            const auto on_first = [&](const Discretisation& discretisation) {
+                const ActiveNodes& nodes = discretisation.nodes();
+                std::vector<double> force(nodes.components());
+                discretisation.internal_force(b.state.particles, force);
+                Point sum{};
+                for (std::size_t n = 0; n < nodes.count(); ++n)
+                    if (nodes.lattice[n] / nodes.lattice_width < nodes.lattice_height / 3) {
+                        sum[0] += force[2 * n];
+                        sum[1] += force[2 * n + 1];
+                    }
+                return sum;
+            };
+            const Point after = on_first(stepper->discretisation());
+            const auto fresh = make_discretisation(b.scene);
+            fresh->prepare(b.state.particles, {}, b.state.time, 1e-3);
+            const Point now = on_first(*fresh);
+            const double size = std::hypot(now[0], now[1]);
+            CHECK(size > 0.1);
+            CHECK(std::abs(after[0] - now[0]) < 1e-9 * size);
+            CHECK(std::abs(after[1] - now[1]) < 1e-9 * size);
+        }
 }
 
 TEST_CASE("a stack of two blocks with other particles is pressed as one: the stress is uniform") {
