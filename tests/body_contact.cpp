@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <string>
 
 namespace body_contact_suite {
@@ -468,6 +469,40 @@ TEST_CASE("a block on another sticks below the angle of friction and slides abov
             CHECK(std::abs(run(method) - expected) < 0.01 * gravity * std::sin(angle) + 0.01 * expected);
         }
     }
+}
+
+TEST_CASE("Hertz: the force between two cylinders of unlike materials, one of them on a plane, within 3 %") {
+    const double moduli[] = {1e6, 3e6}, ratios[] = {0.3, 0.2}, radii[] = {0.6, 1.0};
+    Block b{.scene = {.grid = {22, 46, 1.1, 2.3, 0.0, -0.1, {.left = SideCondition::slip, .top = SideCondition::slip}},
+                      .shape = ShapeFunction::gimp,
+                      .materials = {{linear_elastic_law(elasticity_from_young(moduli[0], ratios[0]))},
+                                    {linear_elastic_law(elasticity_from_young(moduli[1], ratios[1]))}}},
+            .state = {}};
+    add_bodies(b, {{disk(0.0, 0.6, 0.6), 0}, {disk(0.0, 2.2, 1.0), 1, 2, 0.0, 1}});
+    RigidBody plane{.name = "plane", .x = {0.0}, .y = {0.0}, .surface = rectangle(-0.5, -1.0, 1.2, 0.0).outlines().front()};
+    plane.velocity = Velocity{0.0, 0.03};
+    b.state.rigid_bodies = {plane};
+    const auto stepper = make_implicit_stepper(b.scene, {.preconditioner = PreconditionerKind::tangent});
+    for (int n = 0; n < 20; ++n)
+        REQUIRE(stepper->attempt(b.state, 0.05, b.state.time + 0.05).accepted);
+    // each half gives way by 2 F/(pi E*) (ln(4 R/b) - 1/2), with b^2 = 4 F C/(pi K) of the two that meet, C the sum of 1/E* and
+    // K that of 1/R
+    const double pi = std::numbers::pi, stiff[] = {moduli[0] / (1.0 - 0.09), moduli[1] / (1.0 - 0.04)};
+    const auto way_of = [&](double force) {
+        const double on_plane = std::sqrt(4.0 * force * radii[0] / (pi * stiff[0]));
+        const double between =
+            std::sqrt(4.0 * force * (1.0 / stiff[0] + 1.0 / stiff[1]) / (pi * (1.0 / radii[0] + 1.0 / radii[1])));
+        const auto half = [&](int k, double width) {
+            return 2.0 * force / (pi * stiff[k]) * (std::log(4.0 * radii[k] / width) - 0.5);
+        };
+        return half(0, on_plane) + half(0, between) + half(1, between);
+    };
+    double low = 1.0, high = 1e6;
+    for (int n = 0; n < 100; ++n) {
+        const double middle = std::sqrt(low * high);
+        (way_of(middle) < 0.03 ? low : high) = middle;
+    }
+    CHECK(2.0 * std::abs(stepper->discretisation().surface_forces()[0][1]) == doctest::Approx(low).epsilon(0.03));
 }
 
 TEST_CASE("impossible fields are refused") {

@@ -1,9 +1,9 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Contact of material points with rigid bodies: by the nodes that those hold, as in the paper, and by surfaces, against closed forms;
-and a load on an edge.
+of bodies with each other; and a load on an edge.
 
-    verification/contact.py            # a minute
+    verification/contact.py            # two minutes
 """
 
 import math
@@ -51,6 +51,51 @@ quantity = "velocity-x"
 name = "height"
 quantity = "position-y"
 take = "smallest"
+"""
+PAIR = """carrier = "points"
+cell-size = 0.05
+snapshots = [0]
+[grid]
+width = {width}
+height = 0.7
+[sides]
+bottom = "{bottom}"
+[materials.stone]
+law = "linear-elastic"
+young-modulus = 1e7
+poisson-ratio = 0.2
+density = 1000
+[[bodies]]
+name = "upper"
+material = "stone"
+shape = {{rectangle = [0.1, {from_}, 0.5, {to}]}}
+velocity = [0, {speed}]
+{contact}
+[[bodies]]
+name = "lower"
+material = "stone"
+shape = {{rectangle = [{left}, 0, {right}, 0.2]}}
+{contact}
+[body-force]
+history = [[0, 0, 0], [0.1, {ax}, {ay}]]
+[[observables]]
+name = "height"
+of = "upper"
+quantity = "position-y"
+take = "smallest"
+[[observables]]
+name = "top"
+of = "lower"
+quantity = "position-y"
+take = "largest"
+[[observables]]
+name = "speed"
+of = "upper"
+quantity = "velocity-x"
+[[observables]]
+name = "fall"
+of = "upper"
+quantity = "velocity-y"
 """
 NODES, SURFACE = 'holds = ["y"]', 'contact = "surface"\nfriction = {friction}'
 
@@ -113,6 +158,41 @@ def landing(arguments):
                 force, gap = found["floor_force_y_N"], found["height"] - 0.25 * 0.05
                 acting = np.flatnonzero(abs(force) > 1e-3 * abs(force).max())
                 rows.append([kind, shape, method, f"{gap[acting[0]] / 0.05:.3f}", f"{max(force.max(), 0.0) / (0.4 * wave * 0.1):.3f}"])
+    return rows
+
+
+def meeting(arguments):
+    """The same of a block that lands on another: the force from the change of its speed."""
+    rows = []
+    wave = 1000.0 * math.sqrt(1e7 / 1000.0)  # rho c
+    for kind, contact in (("nodes", ""), ("surface", 'contact = "surface"')):
+        for shape in SHAPES:
+            for method in METHODS:
+                text = PAIR.format(width=0.6, bottom="slip", from_=0.3, to=0.5, speed=-0.1, left=0.1, right=0.5, contact=contact, ax=0, ay=0)
+                found = run(arguments, f"meeting-{kind}-{shape}-{method}", text,
+                            {"shape": shape, "duration": 1.6, "implicit-dt": 1e-4, "history-every": 1, **METHODS[method]}).history
+                force = np.diff(found["fall"]) / np.diff(found["time_s"]) * 1000.0 * 0.4 * 0.2
+                gap = (found["height"] - found["top"] - 0.5 * 0.05) / 0.05
+                acting = np.flatnonzero(abs(force) > 1e-3 * abs(force).max())
+                rows.append([kind, shape, method, f"{gap[acting[0]]:.3f}", f"{max(-force.min(), 0.0) / (0.4 * wave * 0.1):.3f}"])
+    return rows
+
+
+def pairs(arguments):
+    """A block on another, on a slope, from when gravity is whole."""
+    rows = []
+    for friction in (0.0, 0.2, 0.4, 0.55, 0.6):
+        expected = max(GRAVITY * (math.sin(SLOPE) - friction * math.cos(SLOPE)), 0.0)
+        for shape in SHAPES:
+            for method in METHODS:
+                contact = f'contact = "surface"\nfriction = {friction}'
+                text = PAIR.format(width=2.2, bottom="fixed", from_=0.2, to=0.4, speed=0, left=0, right=2.2, contact=contact,
+                                   ax=GRAVITY * math.sin(SLOPE), ay=-GRAVITY * math.cos(SLOPE))
+                found = run(arguments, f"pair-{friction:g}-{shape}-{method}", text,
+                            {"shape": shape, "duration": 0.7, "implicit-dt": 2e-3, **METHODS[method]}).history
+                late = found["time_s"] > 0.1
+                rows.append([f"{friction:g}", shape, method, f"{np.polyfit(found['time_s'][late], found['speed'][late], 1)[0]:.4f}",
+                             f"{expected:.4f}"])
     return rows
 
 
@@ -189,6 +269,10 @@ def main():
             (["contact", "shape functions", "method", "gap", "pull"], landing(arguments)),
         "A block on a slope of 30 degrees: speed after a second [m/s], against g (sin - mu cos) t":
             (["friction", "shape functions", "method", "speed", "closed form"], slope(arguments)),
+        "A block that lands on another at 0.1 m/s: gap at which it first feels that [cells], largest pull [rho c v]":
+            (["contact", "shape functions", "method", "gap", "pull"], meeting(arguments)),
+        "A block on another on this slope, once gravity has grown for 0.1 s: acceleration [m/s^2], against g (sin - mu cos)":
+            (["friction", "shape functions", "method", "acceleration", "closed form"], pairs(arguments)),
         "Scenes": (["what", "how", "found", "closed form"], scenes(arguments)),
     }
     text = f"# Contact\n\n{common.provenance()}\n"
