@@ -3,7 +3,7 @@
 """Contact of material points with rigid bodies: by the nodes that those hold, as in the paper, and by surfaces, against closed forms;
 of bodies with each other; and a load on an edge.
 
-    verification/contact.py            # two minutes
+    verification/contact.py            # three minutes
 """
 
 import math
@@ -241,6 +241,9 @@ def scenes(arguments):
                 way = 2.0 * force / (math.pi * modulus) * (math.log(4.0 / width) - 0.5)
                 low, high = (force, high) if way < history["way_m"][-1] else (low, force)
             rows.append(["Hertz: force [N/m]", f"{shape}, {cell:g} m", f"{2.0 * history['plate_force_y_N'][-1]:.5g}", f"{force:.5g}"])
+    for cell in (0.1, 0.05, 0.025):
+        history = scene("hertz-cylinders", f"{cell:g}", {"cell-size": cell})
+        rows.append(["Hertz, two cylinders: force [N/m]", f"gimp, {cell:g} m", f"{-history['plane_force_y_N'][-1]:.5g}", "3477.3"])
     for shape in SHAPES:
         for side in (2, 3, 4):
             work = arguments.work / f"thick-cylinder-{shape}-{side}"

@@ -11,8 +11,10 @@ What is promised:
   the particles stay all. What floats has its momentum, and its centre moves with it.
 - Nobody has a promise where elasticity at small strain has no meaning: where the density has doubled or halved, a warning must say so.
 - Locking, numerical fracture and too few particles may be wrong by a tenth, and beyond that must be warned of.
+- Surfaces that touch: what the floor got is what the block lost, a slope rubs as Coulomb says within 1e-2, nothing goes deeper than a
+  twentieth of a cell without a warning.
 
-    verification/stability_points.py         # some 15 minutes on two cores
+    verification/stability_points.py         # some 20 minutes on two cores
 """
 
 import dataclasses
@@ -39,6 +41,7 @@ SPACE = "lock|fracture|particles a cell|smaller cells|let go"  # and one about s
 ANY = f"{STEPS}|{SPACE}"
 CROSSED = "crossed into other cells"  # says that stresses are off by tens of per cent
 STRESS = f"{ANY}|{CROSSED}"
+DEEP = "surface|deep"  # says that rigid bodies' surfaces were crossed
 BESIDE = "holds nodes half a cell beyond"  # B-splines: says that stresses in the row beside a rigid body are off by their own size
 
 
@@ -136,8 +139,14 @@ def work_of(history, parameters):
     """Of the rigid bodies on the particles, and the sum of the magnitudes of its parts [J]."""
     parts = np.zeros(history["dt_s"].size)
     for body in parameters["rigid-bodies"] if "rigid-bodies" in parameters else []:
-        for axis, speed in zip("xy", body["velocity"]):
-            parts -= history[f"{body['name'].replace(' ', '_')}_force_{axis}_N"] * history["dt_s"] * speed
+        for axis, name in enumerate("xy"):
+            if "history" in body:
+                knots = np.array(body["history"])
+                middle = history["time_s"] - 0.5 * history["dt_s"]
+                speed = knots[np.searchsorted(knots[:, 0], middle, side="right") - 1, 1 + axis]  # constant between knots
+            else:
+                speed = body["velocity"][axis]
+            parts -= history[f"{body['name'].replace(' ', '_')}_force_{name}_N"] * history["dt_s"] * speed
     return parts.sum(), np.abs(parts).sum()
 
 
@@ -157,7 +166,7 @@ def sound(folder):
         if law["law"] == "von-mises":
             hardened = law["yield-stress"] + law["hardening"] * np.minimum(last.plastic[mine], law["limit-strain"])
             found.append(Finding(float((last.mises[mine] / hardened).max() - 1), 1e-6, "stress beyond yield"))
-    if parameters.get("body-force", {}).get("acceleration", [0, 0]) == [0, 0]:
+    if not parameters.get("body-force", {}).get("history") and parameters.get("body-force", {}).get("acceleration", [0, 0]) == [0, 0]:
         inertia = parameters["method"] != "quasi-static"
         energy = history["internal_energy_J"] + (history["kinetic_energy_J"] if inertia else 0)
         work, magnitude = work_of(history, parameters)
@@ -682,9 +691,154 @@ def tolerances(b):
                           other={**options, "solver": "newton-gmres", "newton-tolerance": 1e-9})
 
 
+def floor(block, gap, speed, friction=0.0, gravity=None, width=1.2):
+    """A block of 0.4 m by 0.2 m above a floor whose surface it touches; gravity grows over a second."""
+    text = scene({"bottom": -0.1, "width": width, "height": 0.7}, {}, {"metal": block},
+                 [{"name": "block", "material": "metal", "shape": {"rectangle": [0.2, gap, 0.6, gap + 0.2]}, "velocity": [0, speed]}],
+                 [{"name": "floor", "shape": {"rectangle": [0, -0.1, width, 0]}, "contact": "surface", "friction": friction}])
+    return text + (f"[body-force]\nhistory = [[0, 0, 0], [1, {gravity[0]}, {gravity[1]}]]\n" if gravity else "")
+
+
+def couple(gap, speed, friction=0.0, gravity=None, width=1.2):
+    """Two such blocks, of which the upper one falls on the other, that floats; or lies on a long one, whose base is fixed."""
+    contact = {"contact": "surface", "friction": friction}
+    lower = [0.0, 0.0, width, 0.2] if gravity else [0.2, 0.3, 0.6, 0.5]
+    top = lower[3] + gap
+    text = scene({"width": width, "height": 1.0}, {"bottom": "fixed"} if gravity else {}, {"metal": ELASTIC},
+                 [{"name": "upper", "material": "metal", "shape": {"rectangle": [0.2, top, 0.6, top + 0.2]}, "velocity": [0, speed], **contact},
+                  {"name": "lower", "material": "metal", "shape": {"rectangle": lower}, **contact}])
+    return text + (f"[body-force]\nhistory = [[0, 0, 0], [1, {gravity[0]}, {gravity[1]}]]\n" if gravity else "")
+
+
+def meets(folder):
+    """Two blocks of one mass keep their momentum."""
+    start, last = State(folder, 0), State(folder)
+    change = float((last.velocity - start.velocity)[:, 1].mean())
+    return [Finding(abs(change) / np.abs(start.velocity).max(), 1e-4, "momentum of both"),
+            Finding(common.summary(folder)["extra"]["deepest_contact_cells"], 0.05, "cells within the other", DEEP)]
+
+
+def touches(folder):
+    """The floor got the momentum that the block lost (steps that end in the run know it to Newton's tolerance), and the block is above it."""
+    history, start, last = Run(folder).history, State(folder, 0), State(folder)
+    mass = 10.0 * 0.4 * 0.2
+    lost = mass * float((start.velocity - last.velocity)[:, 1].mean())
+    got = float((history["floor_force_y_N"] * history["dt_s"]).sum())
+    return [Finding(abs(got - lost) / (mass * rms(start.velocity)), 1e-4, "momentum that the floor got"),
+            Finding(common.summary(folder)["extra"]["deepest_contact_cells"], 0.05, "cells below the floor", DEEP)]
+
+
+def contacts(b):
+    """Surfaces: a block that lands and leaves, one on a slope, both on another block, a bar between plates, and a tool that cuts in."""
+    for method, form in WAYS:
+        for shape in SHAPES:
+            options = {"method": method, "form": form, "shape": shape}
+            if form == "momentum" and method != "explicit":  # refused: once is enough
+                b.add("contact, slope", {"run": f"{method}, {form}, {shape}, 0.003 s", "friction": "0"}, lambda folder, other: [],
+                      {**options, "dt": 0.003, "duration": 6.0}, floor(ELASTIC, 0.0, 0.0, 0.0, [0.05, -0.05 * np.sqrt(3)], 2.6))
+                continue
+            if method != "quasi-static":
+                for factor in (1e-6, 1e-2, 1, 10, 100):  # of a strain of a hundredth
+                    speed = 0.1 * factor
+                    gap = 0.1 * CELL
+                    duration = gap / speed + 0.12
+                    dt = min(0.003 if method == "explicit" else 0.006, 0.3 * CELL / speed)
+                    dt = max(dt, duration / 20000)  # what waits longest
+                    if method == "explicit" and dt > 0.003:
+                        continue
+                    judge = lambda folder, other: against_half(folder, other) + touches(folder)
+                    run = {**options, "dt": dt, "duration": duration}
+                    b.add("contact, landing", {"run": f"{method}, {form}, {shape}", "speed": f"{speed:g}"}, judge, run,
+                          floor(ELASTIC, gap, -speed), other={**run, "dt": dt / 2}, watched=True)
+                for factor in FACTORS[:6]:
+                    dt = 0.0045 * factor
+                    if method == "explicit" and factor > 3:
+                        continue
+                    run = {**options, "dt": dt, "duration": max(0.22, 2.02 * dt)}
+                    judge = lambda folder, other: against_half(folder, other) + touches(folder)
+                    b.add("contact, steps", {"run": f"{method}, {form}, {shape}", "step over the explicit one": factor}, judge, run,
+                          floor(ELASTIC, 0.1 * CELL, -0.1), other={**run, "dt": dt / 2}, watched=True)
+                for friction in (0, 1e-3, 0.2, 0.5, 0.57, 0.585, 1.0, 100.0):
+                    for dt in (0.003,) if method == "explicit" else (0.003, 0.03):
+                        judge = lambda folder, other, mu=friction: slides(folder, mu)
+                        b.add("contact, slope", {"run": f"{method}, {form}, {shape}, {dt} s", "friction": f"{friction:g}"}, judge,
+                              {**options, "dt": dt, "duration": 6.0},
+                              floor(ELASTIC, 0.0, 0.0, friction, [0.05, -0.05 * np.sqrt(3)], 2.6))
+            if method != "quasi-static":
+                for speed in (1e-3, 0.1, 10.0):
+                    duration = 0.1 * CELL / speed + 0.12
+                    dt = max(min(0.003 if method == "explicit" else 0.006, 0.3 * CELL / speed), duration / 20000)
+                    judge = lambda folder, other: against_half(folder, other) + meets(folder)
+                    run = {**options, "dt": dt, "duration": duration}
+                    b.add("contact, two blocks", {"run": f"{method}, {form}, {shape}", "speed": f"{speed:g}"}, judge, run,
+                          couple(0.1 * CELL, -speed), other={**run, "dt": dt / 2}, watched=True)
+                for friction in (0, 0.2, 0.5, 1.0, 100.0):
+                    for dt in (0.003,) if method == "explicit" else (0.003, 0.03):
+                        judge = lambda folder, other, mu=friction: slides(folder, mu)
+                        b.add("contact, block on block", {"run": f"{method}, {form}, {shape}, {dt} s", "friction": f"{friction:g}"}, judge,
+                              {**options, "dt": dt, "duration": 6.0},
+                              couple(0.0, 0.0, friction, [0.05, -0.05 * np.sqrt(3)], 2.6), limit=120)
+            for geometry in GEOMETRIES:
+                for strain in (-0.008, -0.08, -0.33, -0.6):
+                    judge = lambda folder, other, g=geometry, e=strain, waves=method != "quasi-static": pressed(folder, g, e, waves)
+                    run = {**options, "dt": 0.003 if method == "explicit" else 0.25, "duration": 33.3 * abs(strain)}
+                    b.add("contact, between plates", {"run": f"{method}, {form}, {shape}", "strain": f"{geometry}, {strain:+.0%}"}, judge,
+                          run, between_plates(METAL, strain, geometry))
+            for friction in (0, 0.3, 100.0):
+                for tool in ("disk", "corner"):
+                    dt = 0.003 if method == "explicit" else 0.05
+                    run = {**options, "dt": dt, "duration": 4.0}
+                    judge = lambda folder, other: means(folder, other, 0.1, STRESS, " at half the step")
+                    b.add("contact, tool", {"run": f"{method}, {form}, {shape}", "tool": f"{tool}, {friction:g}"}, judge, run,
+                          indented(tool, friction), other={**run, "dt": dt / 2}, watched=True)
+
+
+def slides(folder, friction):
+    """Gravity 0.1 m/s2 on a slope of 30 degrees, which grows over the first second of six; of the first body."""
+    last = State(folder)
+    speed = max(0.05 - friction * 0.05 * np.sqrt(3), 0.0) * 5.5
+    return [Finding(abs(float(last.velocity[last.id < 32, 0].mean()) - speed) / 0.275, 0.01, "speed down the slope", ANY),
+            Finding(common.summary(folder)["extra"]["deepest_contact_cells"], 0.05, "cells below the slope", DEEP)]
+
+
+def between_plates(material, strain, geometry):
+    """A bar of 8 by 2 cells on its plane of symmetry under a plate without friction; half of it in x."""
+    length, width, wide = 8 * CELL, 2 * CELL, 6 * CELL
+    plate = {"name": "grip", "shape": {"rectangle": [0, length, wide, length + CELL]}, "velocity": [0, np.sign(strain) * 0.024],
+             "contact": "surface"}
+    return scene({"geometry": geometry, "width": wide, "height": length + 3 * CELL}, {"left": "slip", "bottom": "slip"},
+                 {"metal": material}, [{"name": "bar", "material": "metal", "shape": {"rectangle": [0, 0, width, length]}}], [plate])
+
+
+def pressed(folder, geometry, strain, waves):
+    """The half away from the plate against the point, to what half a cell less of the bar's length makes, and the plate's wave."""
+    exact, more = (point(1000.0, 0.3, 6.0, 200.0, float(np.log1p(part * strain)), geometry) for part in (1.0, 1.0 + 0.5 / 8))
+    last, start = State(folder), State(folder, 0)
+    far = start.position[:, 1] < 0.4
+    wave = 2 * 10.0 * 10.0 * 0.024 if waves else 0.0
+    promised = abs(more[0] - exact[0]) + 0.01 * abs(exact[0]) + wave
+    error = np.array([last.yy[far] - exact[0], last.xx[far]])
+    found = [Finding(float(np.linalg.norm(error.mean(axis=1))), promised, "mean stress against the point [Pa]", STRESS),
+             Finding(rms(error), 3 * promised, "stress against the point [Pa]", STRESS)]
+    if not waves:
+        found.append(Finding(abs(last.plastic[far].mean() - exact[1]), abs(more[1] - exact[1]) + 0.01 * exact[1],
+                             "plastic strain against the point", STRESS))
+    return found + [Finding(common.summary(folder)["extra"]["deepest_contact_cells"], 0.05, "cells below the plate", DEEP)]
+
+
+def indented(tool, friction):
+    """A block of plastic metal on a base that a tool enters by a cell and leaves."""
+    shapes = {"disk": {"disk": [0.6, 0.6, 0.2]}, "corner": {"polygon": [[0.45, 0.4], [0.75, 0.4], [0.85, 0.7], [0.35, 0.7]]}}
+    body = {"name": "grip", "shape": shapes[tool], "contact": "surface", "friction": friction}
+    text = scene({"width": 1.2, "height": 1.2}, {"bottom": "fixed"}, {"metal": METAL},
+                 [{"name": "block", "material": "metal", "shape": {"rectangle": [0.2, 0, 1.0, 0.4]}}])
+    entries = "\n".join(f"{key} = {toml(value)}" for key, value in body.items())
+    return text + f"[[rigid-bodies]]\n{entries}\nhistory = [[0, 0, -0.04], [2.5, 0, -0.04], [2.5, 0, 0.04], [4, 0, 0.04]]\n"
+
+
 def build(work):
     b = Book()
-    for chapter in (solvers, steps, strains, poisson, yields, contrasts, loads, speeds, grips, tolerances):
+    for chapter in (solvers, steps, strains, poisson, yields, contrasts, loads, speeds, grips, tolerances, contacts):
         chapter(b)
     edges(b, work.resolve() / "particles")
     return b

@@ -365,7 +365,7 @@ private:
                                     sides_.size(),
                                     sides_.size() + last - first,
                                     begin,
-                                    {surface.stiffness[c] * other / (mine + other), rubs, begin.gap,
+                                    {0.5 * surface.stiffness[c] * other / (mine + other), rubs, begin.gap,
                                      rubs > 0.0 ? surface.held_by_bodies[body][c] : 0.0}});
                 sides_.insert(sides_.end(), near.begin() + static_cast<std::ptrdiff_t>(first),
                               near.begin() + static_cast<std::ptrdiff_t>(last));

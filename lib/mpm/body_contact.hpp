@@ -24,9 +24,9 @@ namespace ductile::mpm {
 /// T g. Friction is that of SurfaceContact with the way over the side, s = (dx_c - (1 - xi) dx_a - xi dx_b).t, and so is when
 /// methods take the forces, and what they are there; points go as in SurfaceContact, which moves them.
 ///
-/// Stiffness. Of a point of the body A on the body B k = k_c alpha_B/(alpha_A + alpha_B), k_c being that of the point and alpha
-/// the materials' stiffnesses: both bodies' points together are as stiff as one body is on a rigid surface, and the softer one
-/// is not pressed by more than its own layer.
+/// Stiffness. Both bodies' layers give way, one after the other: a point of A on B has k = k_c alpha_B/(2 (alpha_A + alpha_B)),
+/// k_c being that of the point and alpha the materials' stiffnesses; the points of both together make 1/k = 1/k_A + 1/k_B. As
+/// both move, they are as fast as one on a rigid surface, and explicit steps bear them.
 ///
 /// Derivative, from the changes above, of the end and of where the method takes the force (half of them for the middle):
 ///   dF = df_n n + f_n dn + dT t - T (dn.t) n,   on a: -(1 - xi) dF + dxi F,   on b: -xi dF - dxi F,

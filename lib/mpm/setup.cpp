@@ -360,7 +360,8 @@ void separate(Problem& problem, const Setup& setup) {
 
 /// To all bodies, once they have their particles.
 void add_surfaces(Problem& problem, const Setup& setup, Method method) {
-    // of a layer as thick as a particle: ten times the material leaves Newton's iterations as many, a hundred doubles them;
+    // of a layer as thick as a particle: ten times the material leaves Newton's iterations as many, a hundred doubles them; two
+    // bodies' layers lie one on the other;
     // explicit steps bear the material in a layer as thick as half of a cell
     const double half_cell = 0.5 * problem.scene.grid.smallest_spacing();
     Particles& particles = problem.start.particles;
@@ -368,7 +369,7 @@ void add_surfaces(Problem& problem, const Setup& setup, Method method) {
         const auto& law = problem.scene.materials[static_cast<std::size_t>(particles.material[first])].law;
         const std::size_t before = particles.surface.size();
         const double layer = 2.0 * std::sqrt(particles.half_width[first] * particles.half_height[first]);
-        const double stiffness = method == Method::explicit_steps ? layer / half_cell : 10.0;
+        const double stiffness = method == Method::explicit_steps ? layer / half_cell : has_fields(problem.scene) ? 20.0 : 10.0;
         add_surface(particles, first, last, setup.bodies[body].shape, stiffness * law->elasticity().alpha(), problem.scene);
         if (particles.surface.size() == before)
             throw InputError(fmt::format("the body '{}' has no point of its surface near a particle, and would pass through the "

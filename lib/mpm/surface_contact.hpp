@@ -8,10 +8,12 @@ namespace ductile::mpm {
 
 /// Contact of the points on the surfaces of bodies (Particles::surface) with the surfaces of rigid ones (RigidBody::surface).
 ///
-/// Kinematics. A point c goes with the affine velocity field around its particle (Discretisation): with the offset r from it,
-///   v_c = sum B_i v_i,   B_i = N_i (1 + r . D^-1 (x_i - x_p)),   x_c^L = x_c + dt v_c,   r^L = r + dt C r.
-/// sum B_i = 1 and sum B_i x_i = x_c: the force f_c on it, which the nodes get as B_i f_c, keeps momentum and its moment; and B_i
-/// is no larger than some N_i, so that a node with little mass is not torn away (with r . grad N_i in its place it is).
+/// Kinematics. A point c goes with the velocity field around its particle: with the offset r from it, and D of Discretisation,
+///   v_c = sum B_i v_i,   B_i = N_i (1 + r_x (x_i - x_p)/D_xx) (1 + r_y (y_i - y_p)/D_yy),   r^L = r + dt sum (B_i - N_i) v_i.
+/// sum B_i = 1 and sum B_i x_i = x_c: the force f_c on it, which the nodes get as B_i f_c, keeps momentum and its moment. Of hat
+/// functions B_i is N_i where the point is, as long as that is in the particle's cell: a uniform pressure on points a particle
+/// apart makes a uniform stress (without the product of both factors, 9 % off). B_i is about as large as some N_i, so that a node
+/// with little mass is not torn away (with r . grad N_i it is).
 ///
 /// Normal force. With the gap g from the rigid surface, negative within the body, and the normal n out of it,
 ///   f_n = k max(-g, 0) n,   the derivative of the energy phi = k max(-g, 0)^2/2:

@@ -8,8 +8,8 @@ namespace ductile::mpm {
 
 /// Loads on the edges of bodies (Scene::loads, Particles::loaded).
 ///
-/// The middle x_m of a side and the side s, from end to end with the outside on its right, go with the affine velocity field
-/// around their particle as surface points do (SurfaceContact): v_m = sum B_i v_i, and
+/// The middle x_m of a side goes with the velocity field around its particle as surface points do (SurfaceContact), v_m = sum
+/// B_i v_i, and the side s, from end to end with the outside on its right, with the affine part of that:
 ///   s^L = s + dt C s,   C s = sum (s . g_i) v_i,   g_i = N_i D^-1 (x_i - x_p).
 /// A pressure p acts on the deformed side, f = -p (s_y, -s_x), times the radius of the middle in axisymmetry; a traction t on the
 /// area at the start, f = t A. The nodes get B_i f. Times and sides are those of the beginning of a step where its method takes
