@@ -56,7 +56,8 @@ TEST_SUITE_BEGIN("mpm_implicit");
 TEST_CASE("analytic Jacobian products agree with difference quotients to first order over four decades") {
     for (const ShapeFunction shape : all_shapes)
         for (const Geometry geometry : all_geometries)
-            for (const std::string law : {"elastic", "von Mises", "Drucker-Prager", "Perzyna", "neo-Hookean", "Hencky von Mises"})
+            for (const std::string law :
+                 {"elastic", "von Mises", "Drucker-Prager", "Perzyna", "neo-Hookean", "Hencky von Mises", "Johnson-Cook"})
                 for (const ImplicitScheme scheme : {ImplicitScheme{.form = Form::velocity},
                                                     {.form = Form::momentum},
                                                     {.method = ImplicitMethod::midpoint},

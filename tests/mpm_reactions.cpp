@@ -190,7 +190,8 @@ TEST_CASE("the momentum of all particles changes by body force and reactions, wh
 TEST_CASE("kinetic and internal energy change by the work done, less what the method is known to take, to round-off") {
     for (const ShapeFunction shape : all_shapes)
         for (const Geometry geometry : all_geometries)
-            for (const char* law : {"elastic", "von Mises", "Perzyna", "Drucker-Prager", "neo-Hookean", "Hencky von Mises"})
+            for (const char* law :
+                 {"elastic", "von Mises", "Perzyna", "Drucker-Prager", "neo-Hookean", "Hencky von Mises", "Johnson-Cook"})
                 for (const Way& way : all_ways()) {
                     CAPTURE(static_cast<int>(shape));
                     CAPTURE(static_cast<int>(geometry));
@@ -231,7 +232,7 @@ TEST_CASE("kinetic and internal energy change by the work done, less what the me
 
 TEST_CASE("what plastic flow dissipates is the internal energy that is not elastic, while strains are small") {
     for (const Geometry geometry : all_geometries)
-        for (const char* law : {"elastic", "von Mises", "Perzyna", "neo-Hookean", "Hencky von Mises"}) {
+        for (const char* law : {"elastic", "von Mises", "Perzyna", "neo-Hookean", "Hencky von Mises", "Johnson-Cook"}) {
             CAPTURE(static_cast<int>(geometry));
             CAPTURE(law);
             Block b = strained_block(ShapeFunction::linear, geometry, law);

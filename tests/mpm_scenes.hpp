@@ -2,6 +2,7 @@
 #pragma once
 #include <ductile/material/drucker_prager.hpp>
 #include <ductile/material/finite_strain.hpp>
+#include <ductile/material/johnson_cook.hpp>
 #include <ductile/material/linear_elastic.hpp>
 #include <ductile/material/perzyna.hpp>
 #include <ductile/material/von_mises.hpp>
@@ -38,6 +39,16 @@ inline Law law_named(const std::string& name) {
         return make_finite_law(NeoHookean(rubber));
     if (name == "Hencky von Mises")
         return hencky_von_mises_law(rubber, {.yield_stress = 6.0, .modulus = 50.0});
+    if (name == "Johnson-Cook")
+        return johnson_cook_law(rubber, {.yield_stress = 3.0,
+                                         .hardening = 20.0,
+                                         .hardening_exponent = 0.5,
+                                         .rate_coefficient = 0.1,
+                                         .reference_rate = 1e-3,
+                                         .thermal_exponent = 1.2,
+                                         .reference_temperature = 300.0,
+                                         .melting_temperature = 400.0,
+                                         .temperature_by_plastic_work = 10.0});
     if (name == "Perzyna")
         return perzyna_law(rubber, {.yield_stress = 3.0, .hardening_modulus = 20.0, .reference_rate = 0.5});
     return drucker_prager_law(rubber, {.cohesion = 6.0, .friction = 0.5, .dilatancy = 0.2, .hardening = 50.0});

@@ -460,7 +460,7 @@ Problem make_problem(const Setup& setup, const Options& options) {
     check_names(names_of(setup.loads), "loads");
     for (const MaterialData& material : setup.materials) {
         try {
-            problem.scene.materials.push_back({make_law(material), material.heat_capacity});
+            problem.scene.materials.push_back({make_law(material), effective_heat_capacity(material)});
         } catch (const InputError& error) {
             throw InputError(fmt::format("the material '{}': {}", material.name, error.what()));
         }

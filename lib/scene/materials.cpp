@@ -46,7 +46,8 @@ void declare(io::Keys& keys, MaterialData& material) {
                  {"von-mises", LawChoice::von_mises},
                  {"drucker-prager", LawChoice::drucker_prager},
                  {"stz", LawChoice::stz},
-                 {"perzyna", LawChoice::perzyna}},
+                 {"perzyna", LawChoice::perzyna},
+                 {"johnson-cook", LawChoice::johnson_cook}},
                 {.group = {}, .meaning = "what the stress obeys", .required = true});
     declare_parameters(keys, material, {});
 }
@@ -65,6 +66,9 @@ void declare_parameters(io::Keys& keys, MaterialData& m, const std::string& grou
     keys.option("density", m.density, needed("density", "kg/m^3"));
     keys.option("heat-capacity", m.heat_capacity,
                 optional("heat capacity per mass, for the temperature rise; 0: none", "J/(kg K)", io::not_negative));
+    if (m.law != LawChoice::linear_elastic && m.law != LawChoice::neo_hookean)
+        keys.option("heat-fraction", m.heat_fraction,
+                    optional("part of the plastic work that becomes heat (Taylor and Quinney)", "", io::between(0.0, 1.0)));
     if (m.law == LawChoice::linear_elastic || m.law == LawChoice::von_mises)
         keys.choice("elasticity", m.elasticity,
                     {{"rate", ElasticityChoice::rate, "Jaumann's rate of the stress, the paper's: for small elastic strain"},
@@ -114,8 +118,23 @@ void declare_parameters(io::Keys& keys, MaterialData& m, const std::string& grou
         keys.option("yield-stress", m.yield_stress, needed("|sigma_0| = sqrt(J_2) at first yield", "Pa"));
         declare(keys, m.perzyna, group, {});
         break;
+    case LawChoice::johnson_cook: {
+        JohnsonCookParameters& c = m.johnson_cook;
+        keys.option("yield-stress", m.yield_stress, needed("A in (A + B p^n) (1 + C ln(rate/reference)) (1 - T*^m)", "Pa"));
+        keys.option("hardening", c.hardening, optional("B", "Pa", io::not_negative));
+        keys.option("hardening-exponent", c.hardening_exponent, optional("n"));
+        keys.option("rate-coefficient", c.rate_coefficient, optional("C", "", io::not_negative));
+        keys.option("reference-rate", c.reference_rate,
+                    optional("of plastic strain, below which the rate does not matter", "1/s"));
+        keys.option("thermal-exponent", c.thermal_exponent, optional("m"));
+        keys.option("reference-temperature", c.reference_temperature, optional("T* = 0, where the material begins", "K"));
+        keys.option("melting-temperature", c.melting_temperature, optional("T* = 1", "K"));
+        break;
+    }
     }
 }
+
+double effective_heat_capacity(const MaterialData& m) { return m.heat_fraction > 0.0 ? m.heat_capacity / m.heat_fraction : 0.0; }
 
 Law make_law(const MaterialData& m) {
     const IsotropicElasticity elasticity = elasticity_from_young(m.young_modulus, m.poisson_ratio);
@@ -124,6 +143,12 @@ Law make_law(const MaterialData& m) {
         return parameters;
     };
     switch (m.law) {
+    case LawChoice::johnson_cook: {
+        JohnsonCookParameters parameters = with_yield(m.johnson_cook);
+        if (const double heat_capacity = effective_heat_capacity(m); heat_capacity > 0.0)
+            parameters.temperature_by_plastic_work = 1.0 / (m.density * heat_capacity);
+        return johnson_cook_law(elasticity, parameters);
+    }
     case LawChoice::linear_elastic:
         return m.elasticity == ElasticityChoice::hencky ? make_finite_law(Hencky(LinearElastic(elasticity)))
                                                         : linear_elastic_law(elasticity);
