@@ -238,6 +238,26 @@ TEST_CASE("particles that have crossed cells are said where gradients jump there
     }
 }
 
+TEST_CASE("particles that a fixed side has lost are said, and those of other sides are not") {
+    for (const auto& [condition, way, said] : {std::tuple{SideCondition::fixed, 0.09, false},
+                                               {SideCondition::fixed, 0.12, true},
+                                               {SideCondition::slip, 0.12, false}}) {
+        Run run; // cells of 0.1 m
+        run.b.scene.grid.bottom = 0.2;
+        run.b.scene.grid.cells_y = 6;
+        run.b.scene.grid.height = 0.6;
+        run.b.scene.grid.sides.bottom = condition; // the block lies on it
+        const Monitor monitor(run.b.scene, {});
+        Particles& p = run.b.state.particles;
+        const auto lowest = static_cast<std::size_t>(std::ranges::min_element(p.y) - p.y.begin());
+        p.x[lowest] += way;
+        const auto warnings = run.all_warnings(monitor);
+        CHECK(std::ranges::any_of(warnings, [](const std::string& one) {
+                  return contains(one, "beside a fixed side of the grid has moved 1.2 cells");
+              }) == said);
+    }
+}
+
 TEST_CASE("a particle at half or twice its density is said") {
     for (const auto& [ratio, figure] : {std::pair{1.9, ""}, {2.1, "2.1 times"}, {0.53, ""}, {0.4, "0.4 times"}}) {
         Run run;

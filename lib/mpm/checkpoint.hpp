@@ -9,7 +9,7 @@
 namespace ductile::mpm {
 
 /// The number of these programs' checkpoint format, raised when its content changes.
-inline constexpr int checkpoint_format = 11;
+inline constexpr int checkpoint_format = 12;
 
 /// The state a checkpoint holds; `start` is the program's own initial state. Throws InputError unless its particles are as many,
 /// and a run can start from there, see check().

@@ -186,6 +186,26 @@ double share_in_other_cells(const Grid& grid, const Particles& start, const Part
     return static_cast<double>(moved) / static_cast<double>(std::max<std::size_t>(now.size(), 1));
 }
 
+double farthest_from_fixed_side(const Grid& grid, const Particles& start, const Particles& now) {
+    const auto held = [&](std::size_t p) {
+        const double x = (start.x[p] - grid.left) / grid.dx(), y = (start.y[p] - grid.bottom) / grid.dy();
+        constexpr auto fixed = SideCondition::fixed;
+        return (grid.sides.left == fixed && x < 1.0) || (grid.sides.right == fixed && x > grid.cells_x - 1.0) ||
+               (grid.sides.bottom == fixed && y < 1.0) || (grid.sides.top == fixed && y > grid.cells_y - 1.0);
+    };
+    std::vector<std::ptrdiff_t> place(start.size(), -1); // of those that are held, by number
+    for (std::size_t p = 0; p < start.size(); ++p)
+        if (held(p))
+            place[static_cast<std::size_t>(start.id[p])] = static_cast<std::ptrdiff_t>(p);
+    double farthest = 0.0;
+    for (std::size_t p = 0; p < now.size(); ++p)
+        if (const std::ptrdiff_t before = place[static_cast<std::size_t>(now.id[p])]; before >= 0) {
+            const auto b = static_cast<std::size_t>(before);
+            farthest = std::max(farthest, std::hypot((now.x[p] - start.x[b]) / grid.dx(), (now.y[p] - start.y[b]) / grid.dy()));
+        }
+    return farthest;
+}
+
 double largest_change_of_density(const Particles& start, const Particles& now) {
     std::vector<double> density(start.size());
     for (std::size_t p = 0; p < start.size(); ++p)

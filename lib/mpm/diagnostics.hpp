@@ -37,6 +37,9 @@ struct Connectivity {
 /// The share of the particles, by number, whose cell is not the one they were in at the start, in any order of either.
 [[nodiscard]] double share_in_other_cells(const Grid& grid, const Particles& start, const Particles& now);
 
+/// How far particles have moved that lay within a cell of a fixed side of the grid at the start, in cells, where that is most.
+[[nodiscard]] double farthest_from_fixed_side(const Grid& grid, const Particles& start, const Particles& now);
+
 /// The density of a particle over that at the start, where it has changed most; 1 without particles.
 [[nodiscard]] double largest_change_of_density(const Particles& start, const Particles& now);
 

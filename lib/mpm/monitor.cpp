@@ -303,6 +303,12 @@ void Monitor::conclude(const Observation& seen, const Tally& tally, const Partic
                 "it is off by tens of per cent beside cell edges, and finer cells do not help; compare with --shape gimp "
                 "or bspline",
                 moved));
+    if (const double gone = farthest_from_fixed_side(scene_.grid, start, seen.state.particles); gone > 1.0)
+        warn(fmt::format(
+            "a particle that lay beside a fixed side of the grid has moved {:.2g} cells: a side holds what lies within "
+            "a cell of it, and lets go of what is torn or stretched beyond that; if it should hold, let the body "
+            "reach into a rigid one (contact = \"nodes\"), or use more particles a cell",
+            gone));
     const double density = largest_change_of_density(start, seen.state.particles);
     const bool keeps_volume = density > 0.5 && density < 2.0;
     if (const bool small_changes = std::ranges::any_of(
