@@ -36,11 +36,8 @@ double twice_area(const std::vector<Point>& corners) {
 Gap gap_to_polygon(const std::vector<Point>& corners, const Point& place) {
     double least = std::numeric_limits<double>::infinity();
     Point nearest{}, side{};
-    bool inside = false;
     for (std::size_t k = 0; k < corners.size(); ++k) {
         const Point &a = corners[k], &b = corners[(k + 1) % corners.size()];
-        if ((a[1] > place[1]) != (b[1] > place[1]) && place[0] < a[0] + (place[1] - a[1]) / (b[1] - a[1]) * (b[0] - a[0]))
-            inside = !inside;
         const Point candidate = nearest_on(a, b, place);
         if (const double distance = length(place - candidate); distance < least) {
             least = distance;
@@ -48,7 +45,7 @@ Gap gap_to_polygon(const std::vector<Point>& corners, const Point& place) {
             side = b - a;
         }
     }
-    const double sign = inside ? -1.0 : 1.0;
+    const double sign = encloses(corners, place[0], place[1]) ? -1.0 : 1.0;
     const double turn = twice_area(corners) > 0.0 ? 1.0 : -1.0;
     const Point of_side = turn / length(side) * Point{side[1], -side[0]};
     const Point away = place - nearest;

@@ -33,6 +33,17 @@ Shape disk(double centre_x, double centre_y, double radius) {
             {{.centre = {centre_x, centre_y}, .radius = radius}}};
 }
 
+bool encloses(const std::vector<std::array<double, 2>>& corners, double x, double y) {
+    bool odd = false;
+    for (std::size_t k = 0; k < corners.size(); ++k) {
+        const auto& [ax, ay] = corners[k];
+        const auto& [bx, by] = corners[(k + 1) % corners.size()];
+        if ((ay > y) != (by > y) && x < ax + (y - ay) / (by - ay) * (bx - ax))
+            odd = !odd;
+    }
+    return odd;
+}
+
 Shape polygon(std::vector<std::array<double, 2>> corners) {
     std::string text;
     Box box{everywhere.right, everywhere.top, everywhere.left, everywhere.bottom};
@@ -40,16 +51,7 @@ Shape polygon(std::vector<std::array<double, 2>> corners) {
         text += (text.empty() ? "" : ", ") + io::toml_array({x, y});
         box = hull(box, {x, y, x, y});
     }
-    const auto inside = [corners](double x, double y) {
-        bool odd = false;
-        for (std::size_t k = 0; k < corners.size(); ++k) {
-            const auto& [ax, ay] = corners[k];
-            const auto& [bx, by] = corners[(k + 1) % corners.size()];
-            if ((ay > y) != (by > y) && x < ax + (y - ay) / (by - ay) * (bx - ax))
-                odd = !odd;
-        }
-        return odd;
-    };
+    const auto inside = [corners](double x, double y) { return encloses(corners, x, y); };
     return {inside, fmt::format("{{polygon = [{}]}}", text), box, {{.corners = std::move(corners)}}};
 }
 

@@ -56,7 +56,9 @@ private:
 
 [[nodiscard]] Shape rectangle(double left, double bottom, double right, double top);
 [[nodiscard]] Shape disk(double centre_x, double centre_y, double radius);
-/// What the sides from corner to corner, and from the last to the first, enclose an odd number of times.
+/// Whether the sides from corner to corner, and from the last to the first, go around a point an odd number of times.
+[[nodiscard]] bool encloses(const std::vector<std::array<double, 2>>& corners, double x, double y);
+/// What they so enclose.
 [[nodiscard]] Shape polygon(std::vector<std::array<double, 2>> corners);
 [[nodiscard]] Shape operator|(Shape first, Shape second); ///< union
 [[nodiscard]] Shape operator-(Shape first, Shape second); ///< what is in the first and not in the second
