@@ -3,7 +3,7 @@
 """Contact of material points with rigid bodies: by the nodes that those hold, as in the paper, and by surfaces, against closed forms;
 of bodies with each other; and a load on an edge.
 
-    verification/contact.py            # three minutes
+    verification/contact.py            # a minute
 """
 
 import math

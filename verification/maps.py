@@ -118,7 +118,8 @@ def run_case(case, programs, work):
         folder.parent.mkdir(parents=True, exist_ok=True)
         kept.write_text(json.dumps(record))
     here = lambda text: text.replace(f"{work.resolve()}/", "").replace(f"{work}/", "")  # results name no places
-    shown = here(shlex.join([case.program, *(Path(word).name if word.endswith(".toml") else word for word in words[1:])]))
+    # of a scene's file the end of its name, which no other has
+    shown = here(shlex.join([case.program, *(word[-len(f"{key}.toml"):] if word.endswith(".toml") else word for word in words[1:])]))
     summary = common.summary(folder) if record["status"] == 0 else None
     result = Result(case, folder, shown, record["status"], record.get("reached", 0.0), record["seconds"],
                     here(GO_ON.sub("", record["message"])), [here(warning) for warning in summary["warnings"]] if summary else [])

@@ -153,7 +153,8 @@ private:
         }
     };
     [[nodiscard]] Bin bin_of(const Vector& place) const {
-        return {static_cast<int>(std::floor(place[0] / reach_)), static_cast<int>(std::floor(place[1] / reach_))};
+        return {static_cast<int>(std::floor((place[0] - scene_->grid.left) / reach_)),
+                static_cast<int>(std::floor((place[1] - scene_->grid.bottom) / reach_))};
     }
 
     const Scene* scene_;

@@ -60,11 +60,15 @@ Gap gap_to_polygon(const std::vector<Point>& corners, const Point& place) {
 std::vector<Point> places_on(const Outline& outline, double spacing) {
     std::vector<Point> corners = outline.corners;
     if (corners.empty()) {
-        const int sides = std::max(12, static_cast<int>(std::ceil(2.0 * std::numbers::pi * outline.radius / spacing)));
-        for (int k = 0; k < sides; ++k) {
-            const double angle = 2.0 * std::numbers::pi * k / sides;
-            corners.push_back(outline.centre + outline.radius * Point{std::cos(angle), std::sin(angle)});
-        }
+        // symmetric in x and y, with corners on both axes: a plane of symmetry meets the edge there
+        const int quarter = std::max(3, static_cast<int>(std::ceil(0.5 * std::numbers::pi * outline.radius / spacing)));
+        for (int turns = 0; turns < 4; ++turns)
+            for (int k = 0; k < quarter; ++k) {
+                const double angle = 0.5 * std::numbers::pi * k / quarter, c = std::cos(angle),
+                             s = k == 0 ? 0.0 : std::sin(angle);
+                const Point turned[] = {{c, s}, {-s, c}, {-c, -s}, {s, -c}};
+                corners.push_back(outline.centre + outline.radius * turned[turns]);
+            }
     }
     std::vector<Point> places;
     for (std::size_t k = 0; k < corners.size(); ++k) {
