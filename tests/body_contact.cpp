@@ -233,19 +233,7 @@ TEST_CASE("the energy that passes in a step is all accounted for") {
                 CAPTURE(static_cast<int>(shape));
                 CAPTURE(static_cast<int>(geometry));
                 CAPTURE(friction);
-                const auto check_steps = [&](TimeStepper& stepper, Block& b, double dt) {
-                    const StepBalance balance = balance_of_steps(stepper, b, dt);
-                    CHECK(std::abs(balance.open) < 1e-8 * balance.scale);
-                    CHECK((friction > 0.0) == (balance.rubbed > 1e-9));
-                };
-                Block b = heap(shape, geometry, friction);
-                check_steps(*make_explicit_stepper(b.scene, Form::momentum), b, 1e-3);
-                for (const ImplicitMethod method : {ImplicitMethod::paper, ImplicitMethod::midpoint}) {
-                    Block c = heap(shape, geometry, friction);
-                    ImplicitOptions options{.scheme = {.method = method}};
-                    options.newton.tolerance = 1e-12;
-                    check_steps(*make_implicit_stepper(c.scene, options), c, 2e-3);
-                }
+                check_balance_of_contact([&] { return heap(shape, geometry, friction); }, friction);
             }
 }
 

@@ -2,7 +2,9 @@
 // Johnson and Cook's flow stress: return mapping, its derivative, and the rate equations that it comes to.
 #include "messages.hpp"
 
+#include <ductile/material/finite_strain.hpp>
 #include <ductile/material/johnson_cook.hpp>
+#include <ductile/scene/materials.hpp>
 
 #include <doctest/doctest.h>
 
@@ -155,6 +157,32 @@ TEST_CASE("the tangent is the derivative of the returned stress") {
                     CHECK(std::abs(found[i] - expected) < 1e-5 * elasticity.alpha());
                 }
             }
+}
+
+TEST_CASE("a material's heat: its part of the plastic work over density and heat capacity, in the law and out of it") {
+    MaterialData material{.law = LawChoice::johnson_cook,
+                          .young_modulus = 206.9e9,
+                          .poisson_ratio = 0.3,
+                          .density = 7830.0,
+                          .heat_capacity = 460.0,
+                          .yield_stress = 806e6,
+                          .johnson_cook = {.melting_temperature = 1813.15}};
+    for (const double fraction : {0.0, 0.5, 1.0}) {
+        material.heat_fraction = fraction;
+        CHECK(effective_heat_capacity(material) == (fraction > 0.0 ? 460.0 / fraction : 0.0));
+        const Law law = make_law(material);
+        const Deformation f{.xx = 0.05, .yy = -0.05 / 1.05};
+        std::array<double, 6> values{0.0, 293.15, 0.0, 0.0, 0.0, 0.0};
+        double* internal[6];
+        for (std::size_t k = 0; k < 6; ++k)
+            internal[k] = &values[k];
+        SymmetricTensor stress;
+        StepWork work;
+        law->finite_strain()->correct(1, &f, internal, 1.0, &stress, internal, &work);
+        const double heat = fraction * equivalent(stress) * values[0] / (7830.0 * 460.0); // the volume stays
+        CHECK(values[0] > 0.03);
+        CHECK(values[1] - 293.15 == doctest::Approx(heat).epsilon(1e-9));
+    }
 }
 
 TEST_CASE("impossible parameters are refused by name") {

@@ -17,6 +17,7 @@
 #include <array>
 #include <cmath>
 #include <doctest/doctest.h>
+#include <functional>
 #include <numeric>
 #include <random>
 #include <span>
@@ -213,6 +214,24 @@ inline StepBalance balance_of_steps(TimeStepper& stepper, Block& b, double dt, i
     balance.open = end.kinetic + end.internal - start.kinetic - start.internal - brought;
     balance.scale += std::abs(end.internal - start.internal);
     return balance;
+}
+
+/// Explicit and implicit steps and those of the midpoint rule of what `make` makes, which rubs if friction is positive.
+inline void check_balance_of_contact(const std::function<Block()>& make, double friction) {
+    const auto check_steps = [&](TimeStepper& stepper, Block& b, double dt) {
+        const StepBalance balance = balance_of_steps(stepper, b, dt);
+        CHECK(std::abs(balance.open) < 1e-8 * balance.scale);
+        CHECK((friction > 0.0) == (balance.rubbed > 1e-9));
+    };
+    Block b = make();
+    // explicit steps of the other form do not bear nodes that are almost empty
+    check_steps(*make_explicit_stepper(b.scene, Form::momentum), b, 1e-3);
+    for (const ImplicitMethod method : {ImplicitMethod::paper, ImplicitMethod::midpoint}) {
+        Block c = make();
+        ImplicitOptions options{.scheme = {.method = method}};
+        options.newton.tolerance = 1e-12;
+        check_steps(*make_implicit_stepper(c.scene, options), c, 2e-3);
+    }
 }
 
 } // namespace mpm_scenes

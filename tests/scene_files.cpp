@@ -484,6 +484,8 @@ contact = "surface"
     const HistoryTable history = read_history(folder / "whole/history.csv");
     CHECK(history.column("friction_dissipation_J").back() > 0.0);
     CHECK(std::ranges::max(history.column("contact_energy_J")) > 0.0);
+    const auto summary = nlohmann::json::parse(scratch::read(folder / "whole/summary.json"));
+    CHECK(summary["extra"]["deepest_contact_cells"] > 0.0); // there is no rigid body
     check_refused(
         folder, text,
         {{"contact = \"surface\"\nfriction = 0.2", "friction = 0.2", "the body 'base' shares the nodes"},

@@ -299,23 +299,10 @@ TEST_CASE("the energy that passes in a step is all accounted for") {
                 CAPTURE(static_cast<int>(shape));
                 CAPTURE(static_cast<int>(geometry));
                 CAPTURE(friction);
-                const auto check_steps = [&](TimeStepper& stepper, Block& b, double dt) {
-                    const StepBalance balance = balance_of_steps(stepper, b, dt);
-                    CHECK(std::abs(balance.open) < 1e-8 * balance.scale);
-                    CHECK((friction > 0.0) == (balance.rubbed > 1e-9));
-                };
-                Block b = pressed(shape, geometry, friction);
-                // explicit steps of the other form do not bear nodes that are almost empty
-                check_steps(*make_explicit_stepper(b.scene, Form::momentum), b, 1e-3);
-                for (const ImplicitMethod method : {ImplicitMethod::paper, ImplicitMethod::midpoint}) {
-                    Block c = pressed(shape, geometry, friction);
-                    ImplicitOptions options{.scheme = {.method = method}};
-                    options.newton.tolerance = 1e-12;
-                    check_steps(*make_implicit_stepper(c.scene, options), c, 2e-3);
-                    options.scheme.form = Form::momentum;
-                    CHECK_THROWS_WITH_AS((void)make_implicit_stepper(c.scene, options), doctest::Contains("--form velocity"),
-                                         InputError);
-                }
+                check_balance_of_contact([&] { return pressed(shape, geometry, friction); }, friction);
+                CHECK_THROWS_WITH_AS(
+                    (void)make_implicit_stepper(pressed(shape, geometry, friction).scene, {.scheme = {.form = Form::momentum}}),
+                    doctest::Contains("--form velocity"), InputError);
             }
 }
 

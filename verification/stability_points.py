@@ -691,12 +691,17 @@ def tolerances(b):
                           other={**options, "solver": "newton-gmres", "newton-tolerance": 1e-9})
 
 
+def growing(gravity):
+    """The table of a body force that grows over the first second; nothing without one."""
+    return f"[body-force]\nhistory = [[0, 0, 0], [1, {gravity[0]}, {gravity[1]}]]\n" if gravity else ""
+
+
 def floor(block, gap, speed, friction=0.0, gravity=None, width=1.2):
     """A block of 0.4 m by 0.2 m above a floor whose surface it touches; gravity grows over a second."""
     text = scene({"bottom": -0.1, "width": width, "height": 0.7}, {}, {"metal": block},
                  [{"name": "block", "material": "metal", "shape": {"rectangle": [0.2, gap, 0.6, gap + 0.2]}, "velocity": [0, speed]}],
                  [{"name": "floor", "shape": {"rectangle": [0, -0.1, width, 0]}, "contact": "surface", "friction": friction}])
-    return text + (f"[body-force]\nhistory = [[0, 0, 0], [1, {gravity[0]}, {gravity[1]}]]\n" if gravity else "")
+    return text + growing(gravity)
 
 
 def couple(gap, speed, friction=0.0, gravity=None, width=1.2):
@@ -707,7 +712,7 @@ def couple(gap, speed, friction=0.0, gravity=None, width=1.2):
     text = scene({"width": width, "height": 1.0}, {"bottom": "fixed"} if gravity else {}, {"metal": ELASTIC},
                  [{"name": "upper", "material": "metal", "shape": {"rectangle": [0.2, top, 0.6, top + 0.2]}, "velocity": [0, speed], **contact},
                   {"name": "lower", "material": "metal", "shape": {"rectangle": lower}, **contact}])
-    return text + (f"[body-force]\nhistory = [[0, 0, 0], [1, {gravity[0]}, {gravity[1]}]]\n" if gravity else "")
+    return text + growing(gravity)
 
 
 def meets(folder):

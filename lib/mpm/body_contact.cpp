@@ -284,17 +284,22 @@ public:
     ParticleEnergies advance(Particles& particles, const NodalMotion& motion) override {
         ParticleEnergies of_contact;
         find_ways(motion.straining, motion.dt);
-        const std::vector<BodyForce> felt = all_after();
-        double lag = 0.0;
-        for (std::size_t t = 0; t < touches_.size(); ++t)
-            lag -= (1.0 - motion.weight_at_end) * dot(touches_[t].spring.force_at_begin(touches_[t].begin.normal),
-                                                      way_on(touches_[t].point, touches_[t].begin)) +
-                   motion.weight_at_end * dot(felt[t].force(), way_on(touches_[t].point, felt[t].acting));
+        double lag = 0.0; // the work of what acts
+        for (const BodyTouch& touch : touches_) {
+            const Vector begin = touch.spring.force_at_begin(touch.begin.normal);
+            lag -= (1.0 - motion.weight_at_end) * dot(begin, way_on(touch.point, touch.begin));
+            if (motion.weight_at_end > 0.0) {
+                const BodyForce felt = after(touch);
+                lag -= motion.weight_at_end * dot(felt.force(), way_on(touch.point, felt.acting));
+            }
+        }
         // in the momentum form particles move with another velocity than the one that strains them
         for (std::size_t c = 0; c < points_.size(); ++c)
             ways_[c] = ways_[c] + motion.dt * (sum(points_[c].stencil, points_[c].at_particle, motion.motion) -
                                                sum(points_[c].stencil, points_[c].at_particle, motion.straining));
-        const std::vector<BodyForce> ends = all_after();
+        std::vector<BodyForce> ends;
+        for (const BodyTouch& touch : touches_)
+            ends.push_back(after(touch));
         for (auto& held : particles.surface.held_by_bodies)
             std::ranges::fill(held, 0.0);
         for (std::size_t t = 0; t < touches_.size(); ++t) {
@@ -403,13 +408,6 @@ private:
         result.slid = dot(way_on(touch.point, result.acting), tangent_of(result.acting.normal));
         result.tangential = touch.spring.tangential(result.slid, result.normal);
         return result;
-    }
-
-    [[nodiscard]] std::vector<BodyForce> all_after() const {
-        std::vector<BodyForce> forces;
-        for (const BodyTouch& touch : touches_)
-            forces.push_back(after(touch));
-        return forces;
     }
 
     /// By the ways of find_ways().
